@@ -167,6 +167,11 @@ RULES = (
         (*FIRMWARE[:3], "conversion"),
     ),
     Rule(
+        "sdk/conversion/swings.cpp",
+        "whether the knob may swing for ever, as the device evaluates what plays",
+        (*FIRMWARE[:3], "conversion"),
+    ),
+    Rule(
         "sdk/conversion/energies.cpp",
         "the ledger in the user's units",
         ("protocol", "core/ledger.hpp", "conversion", "torsio"),
@@ -270,7 +275,7 @@ RULES = (
     Rule(
         "studio/wasm",
         "the emulated device for a browser: a dozen functions, compiled to WebAssembly",
-        ("emulator",),
+        ("emulator", "conversion/swings.hpp"),
     ),
     Rule("examples/cpp", "smallest useful programs, each run by the tests", ("torsio",)),
     Rule("examples/game/lock.cpp", "the game's lock, which knows nothing of SDL", ("game",)),

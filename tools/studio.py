@@ -23,7 +23,7 @@ PAGE = BUILD / "page"
 # What becomes the emulated device; simulate() and its like stay behind.
 _FOLDERS = ("firmware/core", "firmware/device", "emulator/plant", "studio/wasm")
 _FILES = ("emulated_device", "encoder", "power_path", "usb_link")
-_INCLUDED = ("firmware", ".", "emulator/include")
+_INCLUDED = ("firmware", ".", "emulator/include", "sdk")
 # As on every other machine: no contracted multiply-adds, so that it computes the same bits.
 _FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O2", "-g0", "-s"),
@@ -39,6 +39,7 @@ MODULES = (
 def sources() -> list[Path]:
     """Return the C++ that the emulated device is made of."""
     files = [file for folder in _FOLDERS for file in (TREE / folder).rglob("*.cpp")]
+    files += [TREE / "sdk/conversion/swings.cpp"]
     return sorted([*files, *(TREE / "emulator" / f"{name}.cpp" for name in _FILES)])
 
 

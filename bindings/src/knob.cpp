@@ -316,12 +316,12 @@ void bind_orders(py::class_<PyKnob>& knob) {
            })
       .def("save", call(&Knob::save))
       .def("load_defaults", call(&Knob::load_defaults))
-      .def("play", call<Knob, void, const Scene&>(&Knob::play))
+      .def("play", call<Knob, std::string, const Scene&>(&Knob::play))
       .def("stream_local_model",
            [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
               double damping_nm_s_per_rad, double deadline_s) {
-             self.run([&] {
-               self->stream_local_model(
+             return self.run([&] {
+               return self->stream_local_model(
                    {torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s});
              });
            })

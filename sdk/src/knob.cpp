@@ -14,6 +14,7 @@
 #include "conversion/energies.hpp"
 #include "conversion/reading.hpp"
 #include "conversion/stability.hpp"
+#include "conversion/swings.hpp"
 #include "conversion/wire_types.hpp"
 #include "known_boards.hpp"
 #include "limits.hpp"
@@ -106,13 +107,42 @@ class Knob::Impl {
     note(session.get<protocol::ControlConfig>());
   }
 
-  void play(const Scene& scene) {
+  std::string play(const Scene& scene) {
     const protocol::Identity device = identity();
-    player.play(conversion::encode(
+    const conversion::EncodedScene encoded = conversion::encode(
         conversion::to_wire(scene, {.effects = device.effects,
                                     .curve_points = device.curve_points,
                                     .counts_per_rev = device.counts_per_rev,
-                                    .control_period_ns = device.control_period_ns})));
+                                    .control_period_ns = device.control_period_ns}));
+    player.play(encoded);
+    std::vector<protocol::ReportBytes> reports = encoded.pieces;
+    for (const auto& slot : encoded.slots) reports.push_back(slot.report);
+    keep_scene(reports);
+    return swing_warning(reports);
+  }
+
+  void keep_scene(std::vector<protocol::ReportBytes> reports) {
+    const std::lock_guard lock(swings_mutex_);
+    scene_ = std::move(reports);
+    streamed_ = {};
+  }
+
+  std::string stream(const LocalModel& model) {
+    const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
+    session.send_while_armed(report);
+    std::vector<protocol::ReportBytes> reports;
+    {
+      const std::lock_guard lock(swings_mutex_);
+      // Sent a thousand times a second, and looked at when it is more than it was.
+      if (model.stiffness_nm_per_rad <= streamed_.stiffness_nm_per_rad &&
+          model.damping_nm_s_per_rad <= streamed_.damping_nm_s_per_rad) {
+        return {};
+      }
+      streamed_ = model;
+      reports = scene_;
+    }
+    reports.push_back(report);
+    return swing_warning(reports);
   }
 
   [[nodiscard]] protocol::Identity identity() const {
@@ -167,11 +197,20 @@ class Knob::Impl {
     }
     session.set_identity(identity);
     note(session.get<protocol::ControlConfig>());
+    {
+      const std::lock_guard lock(swings_mutex_);
+      configs_.reset();
+    }
     if (had_other_counts) {
-      player.forget_playing();
+      forget_scene();
     } else {
       player.forget();
     }
+  }
+
+  void forget_scene() {
+    player.forget_playing();
+    keep_scene({});
   }
 
   void close() noexcept { session.close(!autonomous_); }
@@ -184,6 +223,28 @@ class Knob::Impl {
   protocol::Identity identity_;
   DeviceInfo info_;
   std::atomic<bool> autonomous_{false};
+
+  std::string swing_warning(const std::vector<protocol::ReportBytes>& reports) {
+    std::optional<Configs> configs;
+    {
+      const std::lock_guard lock(swings_mutex_);
+      configs = configs_;
+    }
+    if (!configs) {
+      configs.emplace(session.get<protocol::ActuatorConfig>(),
+                      session.get<protocol::ControlConfig>());
+      const std::lock_guard lock(swings_mutex_);
+      configs_ = configs;
+    }
+    return conversion::swing_warning(reports, configs->first, configs->second,
+                                     identity().control_period_ns);
+  }
+
+  using Configs = std::pair<protocol::ActuatorConfig, protocol::ControlConfig>;
+  std::mutex swings_mutex_;  // guards the next three, and is not held while the device is asked
+  std::optional<Configs> configs_;
+  std::vector<protocol::ReportBytes> scene_;
+  LocalModel streamed_;  // the strongest since the scene began
 
  public:
   Session session;
@@ -325,7 +386,7 @@ void Knob::save() { impl().session.command(protocol::Op::save); }
 
 void Knob::stop() {
   impl().session.command(protocol::Op::stop);
-  impl().player.forget_playing();
+  impl().forget_scene();
 }
 
 void Knob::zero() {
@@ -333,12 +394,9 @@ void Knob::zero() {
   impl().session.set_position(impl().session.get<protocol::Clock>().position_counts);
 }
 
-void Knob::play(const Scene& scene) { impl().play(scene); }
+std::string Knob::play(const Scene& scene) { return impl().play(scene); }
 
-void Knob::stream_local_model(const LocalModel& model) {
-  const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
-  impl().session.send_while_armed(report);
-}
+std::string Knob::stream_local_model(const LocalModel& model) { return impl().stream(model); }
 
 void Knob::excite(const Excitation& excitation) {
   impl().session.request(conversion::to_wire(excitation));

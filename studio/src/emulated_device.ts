@@ -10,6 +10,8 @@ interface Exports {
   read_report(): number;
   get_feature(id: number): number;
   set_feature(): number;
+  add_to_scene(): void;
+  swing_warning(controlPeriodNs: number): number;
   advance(durationNs: number): void;
   time_ns(): number;
   let_go(): void;
@@ -56,10 +58,14 @@ export class EmulatedDevice {
     try {
       return call();
     } catch (error) {
-      const bytes = new Uint8Array(this.wasm.memory.buffer, this.wasm.thrown_text(), 256);
-      const text = new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
+      const text = this.#text(this.wasm.thrown_text());
       throw text ? new Error(text) : error;
     }
+  }
+
+  #text(at: number): string {
+    const bytes = new Uint8Array(this.wasm.memory.buffer, at);
+    return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
   }
 
   // Memory may have grown, so these are made anew each time.
@@ -92,6 +98,16 @@ export class EmulatedDevice {
   setFeature(report: Uint8Array): boolean {
     this.buffer().set(report);
     return this.wasm.set_feature() === 0;
+  }
+
+  /** A sentence if a knob may swing in a scene; "" if it comes to rest.
+   * @param reports of the scene, and the configurations of actuator and control */
+  swingWarning(reports: readonly Uint8Array[], controlPeriodNs: number): string {
+    for (const report of reports) {
+      this.buffer().set(report);
+      this.wasm.add_to_scene();
+    }
+    return this.#text(this.wasm.swing_warning(controlPeriodNs));
   }
 
   /** Lets time pass. */

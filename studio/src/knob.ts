@@ -71,6 +71,7 @@ export class Knob {
   readonly decoder: TelemetryDecoder;
   readonly #answers = new Map<number, (answer: Values) => void>();
   readonly #written = new Map<string, string>();
+  #playing: Uint8Array[] = [];
   #sequence = 0;
   #keepAlive: ReturnType<typeof setInterval> | undefined;
   #watchdogS = Number(described("control_config").fields.find((f) => f.name === "watchdog_s")!.default);
@@ -309,7 +310,14 @@ export class Knob {
         throw error;
       }
       for (const { place, content } of encoded) this.#written.set(place, content);
+      this.#playing = encoded.map((e) => e.bytes);
     });
+  }
+
+  /** What decides whether the knob swings: the scene that was played, and two configurations. */
+  async judged(): Promise<Uint8Array[]> {
+    const configurations = ["actuator_config", "control_config"].map((name) => ask(this.transport, name));
+    return [...this.#playing, ...(await Promise.all(configurations))];
   }
 
   /** What a scene had before is sent again with the next. */

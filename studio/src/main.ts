@@ -7,7 +7,7 @@ import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
 import { type Effect, sceneToWire } from "./conversion";
 import { Dial, showPlaces } from "./dial";
-import { TRUTH } from "./emulated_device";
+import { EmulatedDevice, TRUTH } from "./emulated_device";
 import { EnergyReadouts } from "./energies";
 import { entryOf } from "./entries";
 import { FirstPower } from "./first_power";
@@ -22,7 +22,7 @@ import { CHANNELS } from "./samples";
 import { SceneEditor } from "./scene_editor";
 import type { Transport, World } from "./transport";
 import { hasWebHid, WebHidTransport } from "./webhid_transport";
-import { WasmTransport } from "./wasm_transport";
+import { compiled, WasmTransport } from "./wasm_transport";
 
 // For ./dev bench studio: the page's files are there.
 performance.mark("script");
@@ -58,6 +58,17 @@ async function play(scene: Effect[]): Promise<void> {
   isPlayed = false;
   await knob!.play(scene);
   isPlayed = true;
+  // Behind all else: what fails here must not keep a scene from being played.
+  void warnOfSwings(knob!).catch((error: unknown) => drives() && say((error as Error).message));
+}
+
+let judge: Promise<EmulatedDevice> | undefined;
+
+/** Says so if the knob may swing in what it plays. */
+async function warnOfSwings(knob: Knob): Promise<void> {
+  judge ??= compiled(new URL("knob.wasm", location.href)).then((module) => EmulatedDevice.load(module));
+  const warning = (await judge).swingWarning(await knob.judged(), knob.identity.controlPeriodNs);
+  if (warning) say(warning);
 }
 
 async function disarm(): Promise<void> {

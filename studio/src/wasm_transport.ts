@@ -19,7 +19,7 @@ export type FromWorker =
   | { kind: "failed"; why: string };
 
 /** @throws Error that says what to do */
-async function compiled(address: URL): Promise<WebAssembly.Module> {
+export async function compiled(address: URL): Promise<WebAssembly.Module> {
   const answer = await fetch(address);
   if (!answer.ok) throw new Error("knob.wasm is missing beside the page: build it with ./dev studio");
   // As it comes in, where the host says what it is.

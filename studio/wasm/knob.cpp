@@ -7,7 +7,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
 
+#include "conversion/swings.hpp"
 #include "emulator/emulated_device.hpp"
 
 namespace {
@@ -21,6 +25,8 @@ ReportBytes report{};
 std::array<double, 2 * kMostKnots> knots{};
 std::array<double, 9> truth{};
 std::optional<EmulatedDevice> device;
+std::vector<ReportBytes> scene;
+std::string warning;
 
 torsio::Profile path(std::uint32_t count) {
   torsio::Profile profile;
@@ -68,6 +74,28 @@ EXPORTED(get_feature) int get_feature(std::uint32_t id) {
 /// @returns a status, 0 is ok
 EXPORTED(set_feature) int set_feature() {
   return static_cast<int>(device->set_feature(report).status);
+}
+
+/// Keeps the report in the buffer for swing_warning().
+EXPORTED(add_to_scene) void add_to_scene() { scene.push_back(report); }
+
+/// Judges what was kept, a scene's reports and the configurations of actuator and control, and
+/// forgets it.
+/// @returns a sentence that ends with 0; empty if the knob comes to rest
+EXPORTED(swing_warning) const char* swing_warning(std::uint32_t control_period_ns) {
+  torsio::protocol::ActuatorConfig actuator;
+  torsio::protocol::ControlConfig control;
+  const auto take = [](const ReportBytes& bytes, auto& config) {
+    using Config = std::remove_reference_t<decltype(config)>;
+    if (bytes[0] == torsio::protocol::Layout<Config>::id) (void)decode(bytes, config);
+  };
+  for (const ReportBytes& bytes : scene) {
+    take(bytes, actuator);
+    take(bytes, control);
+  }
+  warning = torsio::conversion::swing_warning(scene, actuator, control, control_period_ns);
+  scene.clear();
+  return warning.c_str();
 }
 
 EXPORTED(advance) void advance(double duration_ns) {

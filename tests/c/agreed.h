@@ -822,6 +822,7 @@ torsio_knob_set_calibration_config(torsio_knob* knob, const torsio_calibration_c
 extern "C" {
 #endif
 TORSIO_API const char* torsio_last_error(void);
+TORSIO_API const char* torsio_last_warning(void);
 typedef struct torsio_refusal {
   uint32_t struct_size;
   char status[TORSIO_TEXT_BYTES];

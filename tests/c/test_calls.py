@@ -304,3 +304,19 @@ def test_close_wakes_who_waits_in_another_thread(lib: ctypes.CDLL) -> None:
     assert result == N["TORSIO_CLOSED"]
     assert "closed" in sentence
     lib.torsio_knob_free(handle)
+
+
+def test_scene_that_may_swing_is_warned_of(
+    lib: ctypes.CDLL, knob: ctypes.c_void_p, scene: ctypes.c_void_p
+) -> None:
+    spring = made(lib, "torsio_spring", stiffness_nm_per_rad=8.0)
+    good(lib, lib.torsio_scene_add_spring(scene, ctypes.byref(spring)))
+    good(lib, lib.torsio_knob_play(knob, scene))
+    assert b"may swing" in lib.torsio_last_warning()
+    good(lib, lib.torsio_scene_clear(scene))
+    good(lib, lib.torsio_knob_play(knob, scene))
+    assert lib.torsio_last_warning() == b""
+    good(lib, lib.torsio_knob_arm(knob))
+    model = made(lib, "torsio_local_model", stiffness_nm_per_rad=50.0)
+    good(lib, lib.torsio_knob_stream_local_model(knob, ctypes.byref(model)))
+    assert b"may swing" in lib.torsio_last_warning()

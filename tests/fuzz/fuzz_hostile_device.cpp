@@ -130,7 +130,7 @@ void call(Knob& knob, std::uint8_t which) {
     case 1:
       return knob.disarm();
     case 2:
-      return knob.play(Wall{.angle_rad = 0.5, .stiffness_nm_per_rad = 1.0});
+      return static_cast<void>(knob.play(Wall{.angle_rad = 0.5, .stiffness_nm_per_rad = 1.0}));
     case 3:
       return knob.stop();
     case 4:
@@ -148,7 +148,7 @@ void call(Knob& knob, std::uint8_t which) {
     case 10:
       return knob.save();
     case 11:
-      return knob.stream_local_model(LocalModel{});
+      return static_cast<void>(knob.stream_local_model(LocalModel{}));
     case 12:
       return knob.clear_fault();
     case 13:

@@ -96,7 +96,7 @@ def test_every_flipped_bit_of_what_would_run_is_told(tmp_path: Path) -> None:
         at, data = 512 * (bit // 2048) + 32 + bit // 8 % 256, bytearray(PICO)
         data[at] ^= 1 << bit % 8
         file.write_bytes(data)
-        with pytest.raises(torsio.InvalidArgument, match="checksum is wrong|not Torsio's|damaged"):
+        with pytest.raises(torsio.InvalidArgument, match=r"checksum is wrong|not Torsio's|damaged"):
             torsio.read_firmware(file)
     with pytest.raises(torsio.InvalidArgument, match="checksum is wrong"):
         torsio.update_firmware(file)

@@ -43,7 +43,7 @@ CPP_ONLY = {
 PYTHON_ONLY = {
     "DisarmedWarning": "TelemetryRecord::disarmed",
     "SceneWarning": "C++ compares with Knob::limits by itself",
-    "StiffnessWarning": "C++ compares with Knob::stable_stiffness by itself",
+    "StiffnessWarning": "what Knob::play and Knob::stream_local_model return",
     "HeldLowWarning": "Knob::limits",
     "NoSpeedLimitWarning": "Knob::limits",
     "MalformedReport": "of torsio.protocol, which C++ has not",

@@ -17,8 +17,6 @@ from torsio import stability
 from torsio.cli import app
 from torsio.commands.stability import plant_of
 
-STIFF = torsio.Wall(stiffness_nm_per_rad=100.0, angle_rad=1.0)
-
 
 def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_hz: float) -> float:
     """Equation (8) of docs/theory.md by a root finder, in 64 bits."""
@@ -132,36 +130,6 @@ def test_plant_of_a_configuration_matches_it() -> None:
         assert getattr(back, name) == pytest.approx(getattr(actuator, name))
 
 
-@pytest.mark.parametrize(
-    ("effect", "steepness"),
-    [
-        (torsio.Wall(stiffness_nm_per_rad=3.0), 3.0),
-        (torsio.EndStops(lower_rad=-1.0, upper_rad=1.0, stiffness_nm_per_rad=2.0), 2.0),
-        (torsio.Curve(torque_nm=[0.1, 0.0, 0.05, -0.05], span_rad=0.3), 1.0),
-        (torsio.Curve(torque_nm=[0.0, 0.1]), 0.0),
-        (torsio.Constant(torque_nm=0.05), 0.0),
-    ],
-)
-def test_steepness_is_how_fast_the_torque_falls(
-    effect: torsio.scenes.Effect, steepness: float
-) -> None:
-    assert stability.steepness_nm_per_rad(effect) == pytest.approx(steepness)
-
-
-def test_play_warns_of_what_may_swing_and_plays_it(recwarn: pytest.WarningsRecorder) -> None:
-    with torsio.open("emulated") as knob:
-        limit = knob.stable_stiffness().stiffness_nm_per_rad
-        knob.play(replace(STIFF, stiffness_nm_per_rad=0.99 * limit))
-        assert not recwarn.list
-        with pytest.warns(torsio.StiffnessWarning, match=r"100 N m/rad .* law 'calibrated'"):
-            knob.play([torsio.Constant(torque_nm=0.01), STIFF])
-        knob.update(law="calibrated")
-        knob.play(STIFF)
-        knob.update(law="paper")
-        with pytest.warns(torsio.StiffnessWarning):
-            knob.play(STIFF)
-
-
 def test_command_maps_and_draws(tmp_path: Path) -> None:
     picture = tmp_path / "map.png"
     arguments = ["stability", "--device", "emulated", "--quick", "--picture", str(picture)]
@@ -182,21 +150,3 @@ def test_command_says_which_laws_there_are() -> None:
     )
     assert result.exit_code != 0
     assert "calibrated" in result.output
-
-
-@pytest.mark.parametrize(
-    ("effect", "steepness"),
-    [
-        (torsio.Wall(angle_rad=0.0, stiffness_nm_per_rad=3.0), 3.0),
-        (torsio.Spring(stiffness_nm_per_rad=4.0), 4.0),
-        (torsio.EndStops(lower_rad=-1.0, upper_rad=1.0, stiffness_nm_per_rad=5.0), 5.0),
-        (torsio.Curve(torque_nm=[0.0, 0.1, -0.1], span_rad=1.0), 0.4),
-        (torsio.Friction(torque_nm=0.02, stiffness_nm_per_rad=50.0), 0.0),
-        (torsio.Damper(damping_nm_s_per_rad=1.0), 0.0),
-    ],
-    ids=lambda value: type(value).__name__,
-)
-def test_steepness_is_the_stiffness_of_what_pushes_back_to_a_place(
-    effect: torsio.Effect, steepness: float
-) -> None:
-    assert stability.steepness_nm_per_rad(effect) == pytest.approx(steepness)

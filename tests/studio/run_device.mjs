@@ -17,7 +17,9 @@ try {
     else if (kind === "let go") device.letGo();
     else if (kind === "emergency stop") device.setEmergencyStop(given[0]);
     else if (kind === "set") out.features.push(device.setFeature(Buffer.from(given[0], "hex")));
-    else if (kind === "get") out.features.push(Buffer.from(device.getFeature(given[0])).toString("hex"));
+    else if (kind === "swings") {
+      out.features.push(device.swingWarning(given[0].map((report) => Buffer.from(report, "hex")), controlPeriodNs));
+    } else if (kind === "get") out.features.push(Buffer.from(device.getFeature(given[0])).toString("hex"));
     else if (kind === "advance") {
       device.advance(given[0]);
       out.truth.push(device.truth().slice(0, 3));

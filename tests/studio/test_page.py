@@ -108,6 +108,15 @@ def test_key_disarms_a_knob_that_is_about_to_bearmed(browser: Browser, site: str
         state_is(page, "disarmed")
 
 
+def test_scene_in_which_the_knob_may_swing_is_warned_of(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        armed(page)
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "80")
+        expect(page.locator("#message")).to_contain_text("may swing")
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "1")
+        expect(page.locator("#message")).to_be_hidden()
+
+
 def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
     browser: Browser, site: str
 ) -> None:

@@ -7,6 +7,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import torsio
 from tests.python import wire
 from torsio import emulator, protocol
@@ -130,3 +132,35 @@ def test_modules_of_the_page() -> None:
     )
     assert done.returncode == 0, done.stdout
     assert "\n# fail 0\n" in done.stdout
+
+
+def test_page_judges_scenes_by_the_same_rule() -> None:
+    """In the page and in the library, at the same rate."""
+
+    def judged(*scene: tuple[str, dict[str, Any]], law: str = "paper") -> list[Any]:
+        reports = [
+            protocol.encode(name, {"target": {"slot": n}, **values})
+            for n, (name, values) in enumerate(scene)
+        ]
+        reports += [protocol.encode("control_config", {"law": law})]
+        reports += [protocol.encode("actuator_config", {})]
+        return ["swings", [report.hex() for report in reports]]
+
+    spring = ("spring", {"stiffness_nm_per_rad": 8.0})
+    damper = ("damper", {"damping_nm_s_per_rad": 0.15})
+    steps = [
+        judged(),
+        judged(spring),
+        judged(spring, spring, spring),
+        judged(damper),
+        judged(damper, law="calibrated"),
+    ]
+    answers = _in_wasm(steps)["features"]
+    assert [bool(answer) for answer in answers] == [False, False, True, True, False]
+    options = torsio.EmulatorOptions(control_rate_hz=1e9 / PERIOD_NS)
+    with (
+        torsio.open("emulated", emulator=options) as knob,
+        pytest.warns(torsio.StiffnessWarning) as told,
+    ):
+        knob.play([torsio.Spring(stiffness_nm_per_rad=8.0)] * 3)
+    assert answers[2] == str(told[0].message)

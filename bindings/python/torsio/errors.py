@@ -120,7 +120,7 @@ class SceneWarning(UserWarning):
 
 
 class StiffnessWarning(UserWarning):
-    """A scene is stiffer than what its knob can render at rest; see `Knob.stable_stiffness`."""
+    """Let go, the knob may swing for ever in what it plays: more than its parts can render."""
 
 
 class MalformedReport(InvalidArgument):

@@ -11,18 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from torsio import _torsio, checks
-from torsio.core import PartitionParams
 from torsio.emulated import moves_parts
 from torsio.emulated_knob import Emulator
-from torsio.errors import Closed, Error
+from torsio.errors import Closed, Error, StiffnessWarning
 from torsio.events import tell
 from torsio.knob_configuration import KnobConfiguration
 from torsio.knob_recording import KnobRecording
 from torsio.knob_telemetry import KnobTelemetry
-from torsio.knob_warnings import held_low, no_speed_limit, too_stiff, unlikely
+from torsio.knob_warnings import held_low, no_speed_limit, unlikely
 from torsio.recording_file import RecordingFile
-from torsio.scenes import Effect, Excitation, Scene
-from torsio.stability import steepness_nm_per_rad
+from torsio.scenes import Excitation, Scene
 from torsio.steps import Steps
 from torsio.told import (
     Clock,
@@ -44,8 +42,6 @@ __all__ = ["Knob"]
 
 _MAX_EFFECTS = 16
 _RECORDED_SLICE_S = 0.125
-# Softer than what a knob of plausible parts swings in: not worth asking the device for its limit.
-_STABLE_ON_ANY_NM_PER_RAD = 1.0
 
 
 class Knob(KnobConfiguration, KnobTelemetry):
@@ -64,7 +60,6 @@ class Knob(KnobConfiguration, KnobTelemetry):
         self._knob = knob
         self._path: str = knob.info()["path"]
         self._recording = KnobRecording(knob, logs_inputs=logs_inputs)
-        self._stable: tuple[StableStiffness, bool] | None = None  # what `play` has asked for
         self._awaits_arm = False  # a scene was played that nobody has armed
         self._told: Callable[[dict[str, Any]], object] | None = None
         _open_knobs.add(self)
@@ -250,8 +245,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Warns
         -----
         StiffnessWarning
-            It plays, and the knob may swing for ever in an effect that is stiffer than
-            `stable_stiffness`; not with the law ``"calibrated"``, which renders it more softly.
+            It plays, and the knob, let go, may swing in it for ever: what its effects are together
+            is too stiff, damps too much or has too much inertia for this knob. Not with the law
+            ``"calibrated"``, which bounds a scene.
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
         """
@@ -259,23 +255,13 @@ class Knob(KnobConfiguration, KnobTelemetry):
             # It may have no end: one effect too many is enough to refuse it.
             scene = list(islice(scene, _MAX_EFFECTS + 1))
         effects = list(scene) if isinstance(scene, Iterable) else [scene]
-        self._knob.play(scene)
+        swings = self._knob.play(scene)
         self._awaits_arm = bool(effects) and self.state == "disarmed"
         self._recording.note("play", scene=effects)
-        self._warn_if_too_stiff(effects)
+        if swings:
+            warnings.warn(StiffnessWarning(swings), stacklevel=2)
         for odd in unlikely(effects, self.limits):
             warnings.warn(odd, stacklevel=2)
-
-    def _warn_if_too_stiff(self, effects: list[Effect]) -> None:
-        steepest = max(map(steepness_nm_per_rad, effects), default=0.0)
-        if steepest <= _STABLE_ON_ANY_NM_PER_RAD:
-            return
-        if self._stable is None:
-            law = PartitionParams(law=self.control_config().law)
-            self._stable = (self.stable_stiffness(), law.bounds)
-        stable, is_bounded = self._stable
-        if steepest > stable.stiffness_nm_per_rad and not is_bounded:
-            warnings.warn(too_stiff(steepest, stable), stacklevel=3)
 
     def stable_stiffness(self) -> StableStiffness:
         """Ask how stiff a spring the knob's parts can render, by its configuration.
@@ -306,14 +292,21 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Refused
             If the knob is known not to be armed. What the device refuses later only counts in
             :meth:`statistics`.
+
+        Warns
+        -----
+        StiffnessWarning
+            As `play` does, of model and scene together. No law bounds a local model.
         """
-        self._knob.stream_local_model(
+        swings = self._knob.stream_local_model(
             checks.number("torque_nm", torque_nm),
             checks.number("angle_rad", angle_rad),
             checks.number("stiffness_nm_per_rad", stiffness_nm_per_rad),
             checks.number("damping_nm_s_per_rad", damping_nm_s_per_rad),
             checks.number("deadline_s", deadline_s),
         )
+        if swings:
+            warnings.warn(StiffnessWarning(swings), stacklevel=2)
 
     def excite(self, excitation: Excitation) -> None:
         """Play a bounded experiment in place of scene and law: commands of motor and brake.

@@ -16,7 +16,6 @@ from torsio.config import (
     ShaftConfig,
 )
 from torsio.knob_recording import KnobRecording
-from torsio.told import StableStiffness
 
 __all__ = ["CONFIGS", "Config", "KnobConfiguration"]
 
@@ -44,8 +43,6 @@ class KnobConfiguration:
 
     _knob: _torsio.Knob
     _recording: KnobRecording
-    _stable: tuple[StableStiffness, bool] | None
-    """What `Knob.play` has asked for; forgotten when a configuration changes."""
 
     def actuator_config(self) -> ActuatorConfig:
         """Ask the device for the actuator as it knows it."""
@@ -87,7 +84,6 @@ class KnobConfiguration:
         """
         if type(config) not in _NAMES:
             raise TypeError(f"not a configuration: {checks.show(config)}")
-        self._stable = None
         getattr(self._knob, f"configure_{_NAMES[type(config)]}")(config)
         self._recording.note("configure", config=config)
 
@@ -122,7 +118,6 @@ class KnobConfiguration:
         return self._knob.dump_config()
 
     def _load_config(self, text: str) -> None:
-        self._stable = None
         self._knob.load_config(text)
         if self._recording.is_under_way:
             for config in self._all_configs():
@@ -139,7 +134,6 @@ class KnobConfiguration:
 
     def load_defaults(self) -> None:
         """Take the configuration of a new device. Raises `Refused` unless disarmed."""
-        self._stable = None
         self._knob.load_defaults()
 
 

@@ -7,21 +7,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from torsio.errors import (
-    DisarmedWarning,
-    HeldLowWarning,
-    NoSpeedLimitWarning,
-    SceneWarning,
-    StiffnessWarning,
-)
+from torsio.errors import DisarmedWarning, HeldLowWarning, NoSpeedLimitWarning, SceneWarning
 from torsio.scenes import Effect
-from torsio.stability import LIMITS
-from torsio.told import Disarm, Limits, StableStiffness
+from torsio.told import Disarm, Limits
 
-__all__ = [
-    *("armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "too_stiff"),
-    "unlikely",
-]
+__all__ = ["armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "unlikely"]
 
 _TORQUES = ("torque_nm", "amplitude_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
 _ANGLES = ("angle_rad", "lower_rad", "upper_rad")
@@ -72,16 +62,6 @@ def no_speed_limit() -> NoSpeedLimitWarning:
     return NoSpeedLimitWarning(
         "this board has no speed limit, so nothing stops a knob that runs away: give it one with "
         "knob.update(speed_limit_rad_s=...) and knob.save() (docs/hardware.md, first power)"
-    )
-
-
-def too_stiff(stiffness_nm_per_rad: float, stable: StableStiffness) -> StiffnessWarning:
-    """Say that a scene may swing, why, and what helps."""
-    return StiffnessWarning(
-        f"a stiffness of {stiffness_nm_per_rad:g} N m/rad is more than the "
-        f"{stable.stiffness_nm_per_rad:.3g} that this knob can render without swinging "
-        f"({LIMITS[stable.limited_by]}); make it softer, or set the law 'calibrated', "
-        "which gives as much of it as does not swing"
     )
 
 

@@ -15,9 +15,9 @@ from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
 from torsio.config import ActuatorConfig, ControlConfig
 from torsio.core import PartitionParams
 from torsio.plant import PlantParams
-from torsio.scenes import Curve, Damper, Effect, Friction, Scene, Spring
+from torsio.scenes import Damper, Scene, Spring
 
-__all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure", "steepness_nm_per_rad"]
+__all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure"]
 
 Array = npt.NDArray[np.float64]
 
@@ -36,20 +36,6 @@ _TRUSTED_FRICTION: Final = 0.8
 _SPIN_UP_SHARE: Final = 0.9
 _DURATION_S, _TAIL_S = 1.0, 0.2
 _ROWS_PER_S: Final = 1000.0
-
-
-def steepness_nm_per_rad(effect: Effect) -> float:
-    """Give how fast an effect's torque can fall along the angle; 0 if it is none that pushes back.
-
-    The stiffness of what has one, and a curve's between its points.
-    """
-    if isinstance(effect, Curve):
-        torque = np.asarray(tuple(effect.torque_nm), dtype=np.float64)
-        fall = -np.diff(torque) * (len(torque) - 1) / effect.span_rad
-        return float(np.max(fall, initial=0.0))
-    if isinstance(effect, Friction):
-        return 0.0  # its spring holds to no place: the anchor is dragged along
-    return float(getattr(effect, "stiffness_nm_per_rad", 0.0))
 
 
 def boundary(

@@ -33,6 +33,11 @@ extern "C" {
 /// next call of this thread that fails.
 TORSIO_API const char* torsio_last_error(void);
 
+/// A sentence if the knob may swing for ever in what this thread played or streamed last, and which
+/// plays all the same: torsio_knob_play() and torsio_knob_stream_local_model() have succeeded. ""
+/// if not. Valid until the next such call of this thread.
+TORSIO_API const char* torsio_last_warning(void);
+
 /// What the device refused.
 typedef struct torsio_refusal {
   uint32_t struct_size;            ///< bytes of a torsio_refusal

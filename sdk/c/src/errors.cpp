@@ -14,6 +14,7 @@ namespace {
 struct LastError {
   std::array<char, 1024> message;
   torsio_refusal refusal;
+  std::array<char, 1024> warning;
 };
 thread_local LastError last{};
 
@@ -32,6 +33,10 @@ torsio_result fail(torsio_result result, const char* message) noexcept {
   std::memcpy(last.message.data(), message, length);
   last.message.at(length) = '\0';
   return result;
+}
+
+void warn(const std::string& sentence) noexcept {
+  last.warning.at(sentence.copy(last.warning.data(), last.warning.size() - 1)) = '\0';
 }
 
 torsio_result fail_with_current() noexcept {
@@ -70,6 +75,8 @@ torsio_result fail_with_current() noexcept {
 }  // namespace torsio::c
 
 const char* torsio_last_error(void) { return torsio::c::last.message.data(); }
+
+const char* torsio_last_warning(void) { return torsio::c::last.warning.data(); }
 
 torsio_result torsio_refusal_init(torsio_refusal* structure) {
   return torsio::c::guarded([&] {

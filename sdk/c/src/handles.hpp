@@ -43,6 +43,8 @@ namespace torsio::c {
 
 /// Keeps a sentence for torsio_last_error() and gives the result back. Needs no memory.
 torsio_result fail(torsio_result result, const char* message) noexcept;
+/// Keeps a sentence for torsio_last_warning().
+void warn(const std::string& sentence) noexcept;
 /// The result of the exception that is being handled.
 torsio_result fail_with_current() noexcept;
 

@@ -200,15 +200,21 @@ class TORSIO_EXPORT Knob {
 
   /// Plays a scene in place of the one before, all of it from the same tick on. Returns when the
   /// device has it.
+  /// @returns a warning for the user if the knob, let go, may swing in it for ever; it plays all
+  /// the
+  ///          same. Empty if not. The law `calibrated` bounds springs and walls, and nothing else.
   /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;
   ///         Refused; either way the old scene goes on
-  void play(const Scene& scene);
-  void play(const Effect& effect) { play(Scene{effect}); }  ///< A scene of one effect.
+  std::string play(const Scene& scene);
+  std::string play(const Effect& effect) { return play(Scene{effect}); }  ///< One effect.
 
   /// Sends a local model and does not wait for the device. If state() is not armed nothing is sent;
   /// what the device refuses later only counts, in statistics().
+  /// @returns as play(), of model and scene together; for a model that is stiffer or damps more
+  /// than
+  ///          all before it. No law bounds a local model.
   /// @throws InvalidArgument, Refused (not_armed)
-  void stream_local_model(const LocalModel& model);
+  std::string stream_local_model(const LocalModel& model);
 
   /// Plays a bounded experiment in place of scene and law: commands of motor and brake, as they
   /// are. The next one goes on from where this one is; whatever leaves its bounds, or comes to its

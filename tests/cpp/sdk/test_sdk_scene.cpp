@@ -471,3 +471,20 @@ TEST_CASE("a local model for a device that stopped unnoticed is counted as refus
   CHECK(knob.statistics().local_models_refused == 1);
   CHECK_FALSE(knob.statistics().last_refusal.empty());
 }
+
+TEST_CASE("a scene, or a local model, that the knob may swing in plays and returns a warning") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  const Spring soft{.stiffness_nm_per_rad = 1.9};
+  CHECK(knob.play(soft).empty());
+  CHECK(contains(knob.play(Scene(4, soft)), "may swing"));
+  CHECK(contains(knob.play(Damper{.damping_nm_s_per_rad = 0.15}), "calibrated"));
+  CHECK(knob.play(Scene{}).empty());
+  CHECK(contains(knob.stream_local_model({.stiffness_nm_per_rad = 50.0}), "may swing"));
+  CHECK(knob.stream_local_model({.stiffness_nm_per_rad = 50.0}).empty());  // as before
+  knob.disarm();
+  knob.update([](ControlConfig& control) { control.law = Law::calibrated; });
+  CHECK(knob.play(Scene(4, soft)).empty());
+  knob.arm();
+  CHECK(contains(knob.stream_local_model({.stiffness_nm_per_rad = 50.0}), "no law bounds"));
+}

@@ -65,6 +65,9 @@ class FakeTransport final : public Transport {
       case 0x03:
         report = protocol::encode(protocol::Health{});
         return true;
+      case 0x04:
+        report = protocol::encode(protocol::ActuatorConfig{});
+        return true;
       case 0x05:
         report = protocol::encode(protocol::ControlConfig{});
         return true;

@@ -1,0 +1,252 @@
+#include "conversion/swings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "device/parts.hpp"
+#include "device/prepare.hpp"
+
+namespace torsio::conversion {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr std::size_t kSamples = 4096;  // of a turn
+constexpr std::size_t kPhases = 16;     // of a swing
+constexpr std::size_t kTones = 32;      // frequencies
+constexpr double kSlowestRadS = 5.0;
+constexpr double kWidestRad = 2.0;
+// As in core/stability.hpp, for what a describing function leaves out.
+constexpr double kTrusted = 0.84;
+
+/// A frequency, and what the device makes of the knob's swing at it.
+struct Tone {
+  double rad_s = 0;
+  Complex speed;  // as core/motion.hpp estimates it
+  Complex acceleration;
+  Complex late;  // held for a period, and the motor's lag
+};
+
+/// What plays, as the device evaluates it.
+class Played {
+ public:
+  Played(std::span<const protocol::ReportBytes> reports, const core::Resolution& resolution,
+         bool only_local)
+      : resolution_(resolution) {
+    for (const protocol::ReportBytes& bytes : reports) {
+      take(bytes, local_report_);
+      if (!only_local) {
+        take_points(bytes);
+        std::apply([&](auto... effect) { (take(bytes, effect), ...); }, protocol::EffectReports{});
+      }
+    }
+    local_ = device::prepare(local_report_, resolution);
+  }
+
+  [[nodiscard]] double torque_nm(core::SceneState& state, const core::Motion& motion) const {
+    return double{core::evaluate_scene(*scene_, state, motion, resolution_, 0) +
+                  core::evaluate_local_model(local_, motion, resolution_)};
+  }
+
+  /// Positions that something is about, in counts.
+  std::vector<std::int64_t> places{0};
+
+ private:
+  template <class Report>
+  void take(const protocol::ReportBytes& bytes, Report& report) {
+    if (bytes[0] != protocol::Layout<Report>::id || !protocol::decode(bytes, report).ok()) return;
+    protocol::Layout<Report>::fields.apply(
+        [&](const auto&... field) { (add_place(report.*field.member), ...); });
+    if constexpr (requires { report.target; }) {
+      core::Effect& effect = scene_->effect.at(scene_->active);
+      if (device::prepare(report, resolution_, effect).ok()) {
+        scene_->order.at(scene_->active) = scene_->active;
+        ++scene_->active;
+      }
+    }
+  }
+
+  void take_points(const protocol::ReportBytes& bytes) {
+    protocol::CurvePoints report;
+    if (bytes[0] != protocol::Layout<protocol::CurvePoints>::id) return;
+    if (!protocol::decode(bytes, report).ok()) return;
+    const std::size_t room = scene_->curve_torque_nm.size() - report.first_point;
+    std::copy_n(report.torque_nm.begin(), std::min<std::size_t>(report.points, room),
+                scene_->curve_torque_nm.begin() + report.first_point);
+  }
+
+  template <class Value>
+  void add_place(const Value& value) {
+    if constexpr (std::is_same_v<Value, std::int64_t>) {
+      places.push_back(core::make_origin(value, resolution_.counts_per_rev).counts);
+    }
+  }
+
+  core::Resolution resolution_;
+  std::unique_ptr<core::Scene> scene_ = std::make_unique<core::Scene>();
+  protocol::LocalModel local_report_;
+  core::LocalModel local_;
+};
+
+/// The knob and what plays, for swings of any frequency, amplitude and place: the loop that (9) of
+/// docs/theory.md has for springs and dampers.
+class Loop {
+ public:
+  Loop(const Played& played, const core::Parts& parts, double bandwidth_hz)
+      : played_(played), parts_(parts) {
+    const double period_s = double{parts.period_s};
+    const double pole = std::exp(-kTwoPi * bandwidth_hz * period_s);
+    const double late_s = 0.5 * period_s + double{parts.motor_time_constant_s + parts.delay_s};
+    for (std::size_t i = 0; i < kTones; ++i) {
+      const double share = static_cast<double>(i) / (kTones - 1);
+      const double rad_s = kSlowestRadS * std::pow(0.5 * kTwoPi / period_s / kSlowestRadS, share);
+      const Complex tick = std::polar(1.0, -rad_s * period_s);
+      const Complex rate = (1.0 - tick) / period_s;
+      const Complex filter = (1.0 - pole) / (1.0 - pole * tick);
+      const Complex speed = rate * filter * filter;
+      tones_.at(i) = {rad_s, speed, rate * speed, std::polar(1.0, -rad_s * late_s)};
+    }
+    for (const std::int64_t place : played.places) look_round(place);
+  }
+
+  [[nodiscard]] bool swings() const {
+    for (double swing_rad = 0.5 * double{parts_.rad_per_count}; swing_rad < kWidestRad;
+         swing_rad *= 1.35) {
+      const std::int64_t middle_counts = steepest(swing_rad);
+      // By Nyquist's criterion: what grows turns it the other way round.
+      double turned_rad = 0.0;
+      Complex before;
+      for (const Tone& tone : tones_) {
+        const Complex now = at(middle_counts, swing_rad, tone);
+        if (&tone != &tones_.front()) turned_rad += std::arg(now * std::conj(before));
+        before = now;
+      }
+      if (turned_rad < 0.0) return true;
+    }
+    return false;
+  }
+
+ private:
+  /// Torques within half a turn of a place, of a knob on the way there and on the way back.
+  struct Surroundings {
+    std::int64_t begin_counts = 0;
+    std::array<double, kSamples> there_nm{}, back_nm{};
+  };
+
+  [[nodiscard]] double counts_of_sample(double sample) const {
+    return sample * kTwoPi / kSamples / double{parts_.rad_per_count};
+  }
+
+  void look_round(std::int64_t place_counts) {
+    const std::int64_t begin = place_counts - std::llround(counts_of_sample(kSamples / 2));
+    for (const Surroundings& known : round_) {
+      if (std::abs(static_cast<double>(known.begin_counts - begin)) <
+          counts_of_sample(kSamples / 4))
+        return;
+    }
+    Surroundings& round = round_.emplace_back();
+    round.begin_counts = begin;
+    core::SceneState state;
+    core::Motion motion;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      motion.position_counts = begin + std::llround(counts_of_sample(static_cast<double>(i)));
+      motion.speed_rad_s = 1.0F;
+      round.there_nm.at(i) = played_.torque_nm(state, motion);
+      motion.speed_rad_s = -1.0F;
+      round.back_nm.at(i) = played_.torque_nm(state, motion);
+    }
+  }
+
+  /// The middle of the swing against which most is done.
+  [[nodiscard]] std::int64_t steepest(double swing_rad) const {
+    const auto half = static_cast<std::size_t>(std::max(swing_rad * kSamples / kTwoPi, 1.0));
+    double most_nm = -1.0;
+    std::int64_t middle = 0;
+    for (const Surroundings& round : round_) {
+      for (std::size_t i = half; i + half < kSamples; ++i) {
+        const double nm = round.back_nm.at(i - half) - round.there_nm.at(i + half);
+        if (nm <= most_nm) continue;
+        most_nm = nm;
+        middle = round.begin_counts + std::llround(counts_of_sample(static_cast<double>(i)));
+      }
+    }
+    return middle;
+  }
+
+  /// What the device does against the knob's swing, as a share of it: the describing function of
+  /// all that plays, and of the motor.
+  [[nodiscard]] Complex push(std::int64_t middle_counts, double swing_rad, const Tone& tone) const {
+    core::SceneState state;
+    core::Motion motion;
+    motion.position_counts = middle_counts;
+    const double rest_nm = played_.torque_nm(state, motion);
+    const double motor_nm = double{parts_.motor_torque_max_nm};
+    Complex sum;
+    // Once round for what remembers.
+    for (std::size_t i = 0; i < 2 * kPhases; ++i) {
+      const Complex phase = std::polar(1.0, kTwoPi * static_cast<double>(i) / kPhases);
+      const std::int64_t before = motion.position_counts;
+      motion.position_counts =
+          middle_counts + std::llround(swing_rad * phase.imag() / double{parts_.rad_per_count});
+      motion.delta_rad = static_cast<float>(motion.position_counts - before) * parts_.rad_per_count;
+      motion.speed_rad_s = static_cast<float>(swing_rad * (tone.speed * phase).imag());
+      motion.acceleration_rad_s2 =
+          static_cast<float>(swing_rad * (tone.acceleration * phase).imag());
+      const double nm = std::clamp(played_.torque_nm(state, motion) - rest_nm, -motor_nm, motor_nm);
+      if (i >= kPhases) sum += nm * std::conj(phase);
+    }
+    return sum * Complex(0.0, -2.0 / (kPhases * swing_rad));
+  }
+
+  [[nodiscard]] Complex at(std::int64_t middle_counts, double swing_rad, const Tone& tone) const {
+    Complex pushes = push(middle_counts, swing_rad, tone);
+    // (8'): a count is a step of the torque.
+    const double step_nm = 0.5 * std::abs(pushes) * double{parts_.rad_per_count};
+    pushes /= std::max(1.0 - step_nm / double{parts_.motor_torque_max_nm}, 0.01);
+    // What the brake carries of a spring does not come late.
+    const double carried = std::min(double{parts_.spring_stiffness_nm_per_rad},
+                                    double{parts_.brake_share} * std::max(pushes.real(), 0.0));
+    const double friction = kTrusted * 8.0 / kTwoPi * double{parts_.knob_coulomb_nm} / swing_rad;
+    const Complex knob(-double{parts_.knob_inertia_kg_m2} * tone.rad_s * tone.rad_s,
+                       double{parts_.knob_viscous_nm_s_per_rad} * tone.rad_s + friction);
+    return knob + carried + (pushes - carried) * tone.late;
+  }
+
+  const Played& played_;
+  core::Parts parts_;
+  std::array<Tone, kTones> tones_;
+  std::vector<Surroundings> round_;
+};
+
+}  // namespace
+
+std::string swing_warning(std::span<const protocol::ReportBytes> reports,
+                          const protocol::ActuatorConfig& actuator,
+                          const protocol::ControlConfig& control, std::uint32_t control_period_ns) {
+  const core::Resolution resolution =
+      core::make_resolution(actuator.counts_per_rev, control_period_ns);
+  const bool bounds = core::traits(static_cast<core::Law>(control.law)).bounds;
+  const Played played(reports, resolution, bounds);
+  const core::Parts parts = device::parts(actuator, control, resolution);
+  if (!Loop(played, parts, double{control.speed_bandwidth_hz}).swings()) return {};
+  const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
+  return "let go, the knob may swing in this for ever: all that plays is together stiffer, damps "
+         "more "
+         "or has more inertia than its parts can render at " +
+         rate_hz + " Hz; ask for less" +
+         (bounds
+              ? ", for no law bounds a local model"
+              : ", or set the law 'calibrated', which gives as much of a scene as does not swing");
+}
+
+}  // namespace torsio::conversion

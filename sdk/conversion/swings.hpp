@@ -1,0 +1,20 @@
+/// @file
+/// Whether the knob, let go, may swing for ever; docs/theory.md, "Stability".
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "protocol/codec.hpp"
+#include "protocol/configuration.hpp"
+
+namespace torsio::conversion {
+
+/// @param reports what plays together, as it travels: effects, points of curves, a local model
+/// @returns a sentence for the user if the knob may swing in it; empty if it comes to rest
+std::string swing_warning(std::span<const protocol::ReportBytes> reports,
+                          const protocol::ActuatorConfig& actuator,
+                          const protocol::ControlConfig& control, std::uint32_t control_period_ns);
+
+}  // namespace torsio::conversion

@@ -1,0 +1,177 @@
+"""`play` and `stream_local_model` warn of what will swing, whatever it is made of.
+
+What really swings is tried: the knob is pushed once, let go, and looked at long after.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import torsio
+from tests.bench import bench_swings
+from torsio.config import Law
+from torsio.scenes import Effect
+
+SWING: dict[str, list[Effect]] = {
+    "detents": [torsio.Detents(per_turn=200, torque_nm=0.08)],
+    "damper": [torsio.Damper(damping_nm_s_per_rad=0.15)],
+    "inertia": [torsio.Inertia(inertia_kg_m2=5e-4)],
+    "friction": [torsio.Friction(torque_nm=0.08, stiffness_nm_per_rad=100.0)],
+    "four springs": [torsio.Spring(stiffness_nm_per_rad=1.9)] * 4,
+    "spring": [torsio.Spring(stiffness_nm_per_rad=8.0)],
+    "curve": [torsio.Curve(torque_nm=[0.08, -0.08], angle_rad=-0.01, span_rad=0.02)],
+    "two walls": [
+        torsio.EndStops(lower_rad=0.0, upper_rad=0.0, stiffness_nm_per_rad=10.0),
+        torsio.Constant(torque_nm=0.01),
+    ],
+    "texture": [torsio.Texture(grains_per_turn=120, torque_nm=0.08, grain="sine")],
+}
+REST: dict[str, list[Effect]] = {
+    "nothing": [],
+    "detents": [torsio.Detents(per_turn=24, torque_nm=0.03)],
+    "damper": [torsio.Damper(damping_nm_s_per_rad=0.04)],
+    "inertia": [torsio.Inertia(inertia_kg_m2=5e-5)],
+    "friction": [torsio.Friction(torque_nm=0.02)],
+    "steep and weak friction": [torsio.Friction(torque_nm=0.004, stiffness_nm_per_rad=100.0)],
+    "spring": [torsio.Spring(stiffness_nm_per_rad=1.9)],
+    "walls that never are at one place": [
+        torsio.Wall(angle_rad=0.5, stiffness_nm_per_rad=3.0),
+        torsio.Wall(angle_rad=-0.5, stiffness_nm_per_rad=3.0, side="below"),
+    ],
+    "steep and weak spring": [torsio.Spring(stiffness_nm_per_rad=50.0, torque_limit_nm=0.004)],
+    "wave": [torsio.Constant(torque_nm=0.005)],
+}
+LOCAL = {"stiffness_nm_per_rad": 50.0}
+
+
+def warned(do: Callable[[], object]) -> list[str]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        do()
+    return [str(each.message) for each in caught if each.category is torsio.StiffnessWarning]
+
+
+def opened() -> torsio.Knob:
+    return torsio.open("emulated", emulator=torsio.EmulatorOptions(log_truth=True))
+
+
+def speed_after_push(knob: torsio.Knob, scene: list[Effect], local: dict[str, float]) -> float:
+    """Push it once, at four strengths, and look 1.5 s later how it goes to and fro, rad/s RMS."""
+    fastest = 0.0
+    for push_nm in (0.07, 0.03, 0.12, 0.25):
+        knob.play(scene)
+        knob.arm()
+        knob.emulator.set_hand(
+            torsio.TorqueHand(torque_nm=[(0, push_nm), (0.02, push_nm), (0.02, 0)])
+        )
+        for _ in range(150):
+            if local:
+                knob.stream_local_model(**local)
+            knob.sleep(0.01)
+        knob.emulator.truth()
+        for _ in range(50):
+            if local:
+                knob.stream_local_model(**local)
+            knob.sleep(0.01)
+        speed = knob.emulator.truth()["speed_rad_s"]
+        fastest = max(fastest, math.sqrt(np.mean(speed**2)) - abs(np.mean(speed)))
+        knob.disarm()
+    return fastest
+
+
+@pytest.mark.parametrize("name", SWING)
+@pytest.mark.filterwarnings("ignore::torsio.StiffnessWarning")
+def test_knob_swings_in_what_is_warned_of(name: str) -> None:
+    with opened() as knob:
+        assert len(warned(lambda: knob.play(SWING[name]))) == 1
+        assert speed_after_push(knob, SWING[name], {}) > 0.3
+
+
+@pytest.mark.parametrize("name", REST)
+def test_knob_rests_in_what_is_not_warned_of(name: str) -> None:
+    with opened() as knob:
+        assert speed_after_push(knob, REST[name], {}) < 0.05
+
+
+@pytest.mark.filterwarnings("ignore::torsio.StiffnessWarning")
+@pytest.mark.parametrize("law", ["paper", "calibrated"])
+def test_local_model_swings_and_is_warned_of_whatever_the_law(law: Law) -> None:
+    with opened() as knob:
+        knob.update(law=law)
+        knob.arm()
+        assert warned(lambda: knob.stream_local_model(stiffness_nm_per_rad=0.5)) == []
+        (text,) = warned(lambda: knob.stream_local_model(**LOCAL))
+        assert ("no law bounds a local model" in text) == (law == "calibrated")
+        # Once, until it is more, or another scene plays.
+        assert warned(lambda: knob.stream_local_model(**LOCAL)) == []
+        assert len(warned(lambda: knob.stream_local_model(stiffness_nm_per_rad=60.0))) == 1
+        knob.disarm()
+        assert speed_after_push(knob, [], LOCAL) > 0.3
+
+
+def test_local_model_adds_to_the_scene() -> None:
+    half = {"stiffness_nm_per_rad": 3.0}
+    with torsio.open("emulated") as knob:
+        knob.arm()
+        assert warned(lambda: knob.stream_local_model(**half)) == []
+        knob.play(torsio.Spring(stiffness_nm_per_rad=3.0))
+        assert len(warned(lambda: knob.stream_local_model(**half))) == 1
+        knob.stop()
+        knob.arm()
+        assert warned(lambda: knob.stream_local_model(**half)) == []
+
+
+@pytest.mark.parametrize("name", SWING)
+def test_calibrated_law_bounds_scenes_which_then_rest(name: str) -> None:
+    with opened() as knob:
+        knob.update(law="calibrated")
+        assert speed_after_push(knob, SWING[name], {}) < 0.05
+
+
+def test_place_does_not_matter_but_what_is_there() -> None:
+    far = 2.0 * math.pi * 1e6 + 1.0
+    spring = torsio.Spring(stiffness_nm_per_rad=3.0, angle_rad=far)
+    with torsio.open("emulated") as knob:
+        assert warned(lambda: knob.play(spring)) == []
+        assert len(warned(lambda: knob.play([spring, spring]))) == 1
+        # They overlap nowhere.
+        other = torsio.Wall(stiffness_nm_per_rad=3.0, side="below", angle_rad=far - 1.0)
+        wall = torsio.Wall(stiffness_nm_per_rad=3.0, angle_rad=far)
+        assert warned(lambda: knob.play([wall, other])) == []
+        assert len(warned(lambda: knob.play([wall, wall]))) == 1
+
+
+@pytest.mark.parametrize("rate_hz", [1e3, 4e3, 1e4, 2e4])
+def test_single_spring_is_warned_of_near_its_limit(rate_hz: float) -> None:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(control_rate_hz=rate_hz)) as knob:
+        limit = knob.stable_stiffness().stiffness_nm_per_rad
+        spring = torsio.Spring(stiffness_nm_per_rad=0.85 * limit)
+        assert warned(lambda: knob.play(spring)) == []
+        spring = torsio.Spring(stiffness_nm_per_rad=1.2 * limit)
+        assert len(warned(lambda: knob.play(spring))) == 1
+
+
+def test_configuration_that_has_changed_is_asked_for_anew() -> None:
+    stiff = torsio.Wall(stiffness_nm_per_rad=100.0, angle_rad=1.0)
+    with torsio.open("emulated") as knob:
+        (text,) = warned(lambda: knob.play([torsio.Constant(torque_nm=0.01), stiff]))
+        assert "at 1000 Hz" in text
+        assert "law 'calibrated'" in text
+        knob.update(law="calibrated")
+        assert warned(lambda: knob.play(stiff)) == []
+        knob.update(law="paper")
+        assert len(warned(lambda: knob.play(stiff))) == 1
+
+
+def test_few_random_scenes_are_judged_wrongly(capsys: pytest.CaptureFixture[str]) -> None:
+    bench_swings.main(["60"])
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told["swing"] >= 10
+    assert told["unwarned"] <= 1
+    assert told["warned"] <= 0.25 * told["rest"]
