@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <fstream>
 #include <optional>
+#include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,6 +26,7 @@ constexpr double kFastestRadS = 10.0;
 constexpr double kLongestS = 1e6;
 constexpr double kLargestRad = 1e6;
 constexpr double kLargestNm = 10.0;
+constexpr std::size_t kMostBytes = std::size_t{16} << 20U;  // of a script
 
 std::string_view trimmed(std::string_view text) {
   const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
@@ -107,7 +111,13 @@ Hand read_hand(std::istream& stream, const std::string& name, std::int64_t start
   const auto fail = [&](const std::string& what) {
     throw BadScript(name + ":" + std::to_string(count) + ": " + what);
   };
-  while (std::getline(stream, text)) {
+  std::string whole(kMostBytes + 1, '\0');
+  stream.read(whole.data(), static_cast<std::streamsize>(whole.size()));
+  whole.resize(static_cast<std::size_t>(stream.gcount()));
+  if (whole.size() > kMostBytes)
+    throw BadScript(name + ": has more than 16 MiB, and no script has");
+  std::istringstream lines(whole);
+  while (std::getline(lines, text)) {
     ++count;
     if (count == 1 && text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // Notepad's mark
     if (count == 1 && (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))) {

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+_MOST_BYTES = 256 * 1024 * 1024
+
+
+def content(path: str | Path) -> bytes:
+    """Read a file that may be none of ours, and without an end. Raises `OSError`, if huge too."""
+    with Path(path).open("rb") as file:
+        read = file.read(_MOST_BYTES + 1)
+    if len(read) > _MOST_BYTES:
+        raise OSError(errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB are none of ours", str(path))
+    return read
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from rich.progress import Progress
 
 from torsio.drawing import drawn
 from torsio.errors import Error
-from torsio.whole_file import beside
+from torsio.whole_file import beside, content
 
 T = TypeVar("T")
 Results = dict[str, Any]
@@ -103,7 +103,7 @@ def load(path: Path, name: str) -> Results:
         If the file cannot be read, is damaged, or holds something else.
     """
     try:
-        results = json.loads(path.read_text(encoding="utf-8"))
+        results = json.loads(content(path).decode())
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
     except (ValueError, RecursionError) as error:  # numbers and nests without end are both

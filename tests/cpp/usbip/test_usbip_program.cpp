@@ -42,6 +42,10 @@ ProgramOptions options_from(std::initializer_list<std::string_view> arguments) {
 
 }  // namespace
 
+TEST_CASE("a hand's script without an end is told and not read to it") {
+  CHECK(complaint(std::string(std::size_t{17} << 20U, '\n')).ends_with("and no script has"));
+}
+
 TEST_CASE("pacer gives one frame a millisecond") {
   const Pacer::Time start{};
   Pacer pacer(start);

@@ -11,7 +11,7 @@ from typing import Any
 
 from torsio.calibration.proposal import Calibration
 from torsio.errors import Error
-from torsio.whole_file import beside
+from torsio.whole_file import beside, content
 
 __all__ = ["Drift", "drifts", "keep", "kept", "place_of"]
 
@@ -39,7 +39,7 @@ def kept(serial: str) -> dict[str, Any] | None:
     """Give what was kept for a knob, as `Calibration.as_dict` has it; None if nothing was."""
     path = place_of(serial)
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(content(path).decode())
         if not isinstance(found["quantities"], dict) or not isinstance(found["conditions"], dict):
             raise ValueError
     except FileNotFoundError:

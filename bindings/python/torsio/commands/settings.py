@@ -14,6 +14,7 @@ from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
 from torsio.screen import err, out
+from torsio.whole_file import content
 
 __all__ = ["add_to"]
 
@@ -75,8 +76,8 @@ def config_load_command(file: Path, device: Device = "") -> None:
     """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
     # Also as PowerShell's redirection and Notepad write it. What is no text is no name of a field
     # either, and told as that.
-    content = file.read_bytes()
-    text = content.decode(json.detect_encoding(content), errors="replace")
+    read = content(file)
+    text = read.decode(json.detect_encoding(read), errors="replace")
     with opened(device, err) as knob:
         try:
             load_config(knob, text)

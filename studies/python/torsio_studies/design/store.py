@@ -18,6 +18,7 @@ import numpy.typing as npt
 import pyarrow
 from pyarrow import parquet
 
+from torsio.whole_file import content
 from torsio_studies.common import StudyError, write_atomically
 
 Array = npt.NDArray[np.float64]
@@ -119,7 +120,7 @@ class Store:
         try:
             # As one file, whatever Parquet files lie beside it; memory, so that it is closed again.
             table = parquet.read_table(
-                pyarrow.BufferReader(path.read_bytes()), page_checksum_verification=True
+                pyarrow.BufferReader(content(path)), page_checksum_verification=True
             )
             digest = _digest(table)
         except (OSError, ValueError, pyarrow.ArrowException) as error:
