@@ -28,7 +28,8 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_stiffness(bound, asked_nm, timed_nm, delta_counts);
 }
 
-/// The same at the end of a swing in an ordinary tick; out of line, for that is rare.
+/// The same at the end of a swing in an ordinary tick, or in a flicker; out of line, for that is
+/// rare.
 [[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm,
                                    std::int32_t delta_counts) {
   keep_ledger(state, delta_counts);
@@ -103,7 +104,8 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   } else {
     spring_nm = sense_piece<true>(state.sensor, middle, delta_rad, capacity_nm);
   }
-  return clamp_number(spring_nm, capacity_nm + middle.brake_side.countered_nm);
+  const float certain_nm = state.bound.trust * (capacity_nm + middle.brake_side.countered_nm);
+  return clamp_number(spring_nm, certain_nm);
 }
 
 [[gnu::always_inline]] inline float sense_brake(ControllerState& state,

@@ -14,26 +14,34 @@
 namespace torsio::core {
 
 struct BoundParams {
-  float slope_nm_per_count = 0;   // of the stiffness that a touch begins with
-  float least_share = 1.0F / 64;  // of it that is always left
-  std::uint32_t buzz_ticks = 0;   // a swing that takes longer is a hand's
+  float slope_nm_per_count = 0;     // of the stiffness that a touch begins with
+  float least_share = 1.0F / 64;    // of it that is always left
+  std::uint32_t buzz_ticks = 0;     // a swing that takes longer is a hand's
+  float quiet_share = 1;            // of it with which a count switches less than friction holds
+  std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
 };
 
 /// A wall that somebody leans on can be several times as stiff as a spring that swings freely, so
 /// the bound begins well above what is stable in every case and comes down when it must. One count
-/// switches no more than half the motor: what swings within two counts is no swing to be judged.
+/// switches no more than half the motor.
+/// @param friction_nm dry friction of the knob. A torque that changes by no more from count to
+/// count
+///                    leaves a knob at rest where it is
 constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
-                                        float motor_torque_max_nm) {
+                                        float motor_torque_max_nm, float friction_nm) {
   BoundParams params;
   params.slope_nm_per_count = smaller(3.0F * stable.stiffness_nm_per_rad * resolution.rad_per_count,
                                       0.5F * motor_torque_max_nm);
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);
+  params.quiet_share =
+      smaller(larger(friction_nm / params.slope_nm_per_count, params.least_share), 1.0F);
+  params.flicker_ticks = round_to_u32(0.025F / resolution.period_s);
   return params;
 }
 
 struct BoundState {
   BoundParams params;              // as they were when the scene was new
-  float last_nm = 0;               // asked at the last tick; while `bounded` no number
+  float last_nm = 0;               // asked at the last tick; while `on_line` no number
   float slope_nm_per_count = 0;    // `share` of that in `params`
   std::int32_t way = 1;            // 1 or -1, of the swing that goes on
   std::int32_t gone_counts = 0;    // along it by now
@@ -41,12 +49,17 @@ struct BoundState {
   std::int32_t widest_counts = 0;  // of the swings before that did not get smaller
   std::uint32_t swings = 0;        // in a row that did not get smaller
   std::uint32_t turned_tick = 0;
-  float share = 1;        // of the bound to begin with that is left
+  std::uint32_t flickers = 0;  // changes of the count in a row within what counts as rest
+  std::uint32_t flicker_tick = 0;
+  std::int32_t flicker_counts = 0;  // how far the swing had come when they began
+  float share = 1;                  // of the bound to begin with that is left
+  float trust = 1;        // of what the spring is taken to give that the motor may take up
+  bool on_line = false;   // `line_nm` is followed, and not only what is asked
   bool bounded = false;   // less is given than the scene asks
   bool new_scene = true;  // the next change is none of the knob's motion
-  float asked_nm = 0;     // at the last tick, and what was given of it: while `bounded`
-  float given_nm = 0;
-  float in_time_nm = 0;  // what of it is none of the knob's motion
+  float asked_nm = 0;     // at the last tick: while `on_line`
+  float line_nm = 0;      // the torque of the spring that bounds, which may be beyond what is asked
+  float in_time_nm = 0;   // what of it is none of the knob's motion
 };
 
 /// Compares with nothing.
@@ -54,11 +67,14 @@ inline constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
 /// What the scene asked at the last tick.
 constexpr float asked_torque(const BoundState& state) {
-  return state.bounded ? state.asked_nm : state.last_nm;
+  return state.on_line ? state.asked_nm : state.last_nm;
 }
 
 /// What moves by this much at most counts as being at rest: its encoder flickers.
 inline constexpr std::int32_t kRestCounts = 2;
+
+/// So many changes of the count in a row are a flicker and no step of a hand.
+inline constexpr std::uint32_t kFlickers = 8;
 
 constexpr void set_share(BoundState& state, float share) {
   state.share = share;
@@ -66,29 +82,57 @@ constexpr void set_share(BoundState& state, float share) {
 }
 
 /// Follows the swing that goes on.
-/// @returns whether the knob has turned round: then judge_swing()
+/// @returns whether it goes back: then judge_swing()
 constexpr bool follow_swing(BoundState& state, std::int32_t delta_counts) {
   state.gone_counts += state.way * delta_counts;
   if (state.gone_counts > state.swing_counts) [[likely]] {
     state.swing_counts = state.gone_counts;
     return false;
   }
-  return state.swing_counts - state.gone_counts > kRestCounts;
+  return delta_counts != 0;
 }
 
-/// The knob has turned round: looks at the swing that has ended. One that is shorter than a hand's
-/// and hardly smaller than those before got from the device what friction took from it, so the
-/// bound goes down.
+constexpr void begin_touch(BoundState& state) {
+  set_share(state, 1.0F);
+  state.trust = 1.0F;
+}
+
+/// The count has changed and changed back. A knob that does so for ever is driven from count to
+/// count by what one of them switches: a step of the scene, then the sensor's. Each is made less
+/// than friction holds. A knob that goes on is led by a hand.
+constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
+  const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
+  if (goes_on && now - state.turned_tick > state.params.buzz_ticks) begin_touch(state);
+  if (goes_on || now - state.flicker_tick > state.params.flicker_ticks) {
+    state.flickers = 0;
+    state.flicker_counts = state.swing_counts;
+  }
+  state.flicker_tick = now;
+  if (++state.flickers < kFlickers) return;
+  state.flickers = 0;
+  if (state.share > state.params.quiet_share) {
+    set_share(state, larger(0.6F * state.share, state.params.quiet_share));
+  } else {
+    state.trust = larger(0.6F * state.trust, state.params.least_share);
+  }
+}
+
+/// The knob goes back. Once it has turned round, looks at the swing that has ended. One that is
+/// shorter than a hand's and hardly smaller than those before got from the device what friction
+/// took from it, so the bound goes down, and with it how much of the spring the motor takes up: in
+/// the end that is less than the friction, and no swing lives on it, whatever was believed of the
+/// brake.
 constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   const auto now = static_cast<std::uint32_t>(tick);
+  if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
   const std::uint32_t lasted_ticks = now - state.turned_tick;
   const std::int32_t width = state.swing_counts;
   state.turned_tick = now;
   state.way = -state.way;
   state.swing_counts -= state.gone_counts;
-  state.gone_counts = state.swing_counts;
+  state.gone_counts = state.flicker_counts = state.swing_counts;
   const bool by_hand = lasted_ticks > state.params.buzz_ticks;
-  if (by_hand) set_share(state, 1.0F);  // a new touch
+  if (by_hand) begin_touch(state);
   if (by_hand || width * 8 < state.widest_counts * 7) {
     state.swings = 0;
     state.widest_counts = width;
@@ -97,27 +141,33 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   if (width > state.widest_counts) state.widest_counts = width;
   if (++state.swings < 2) return;
   set_share(state, larger(0.6F * state.share, state.params.least_share));
+  state.trust = larger(0.6F * state.trust, state.params.least_share);
 }
 
 /// What may be given when that which is asked has changed more steeply than the bound, or had: as
 /// much more or less as comes in time and as a spring as stiff as the bound gives for this tick's
 /// motion, but nothing of the other sign and not more than is asked. What is left out is never made
-/// up for at rest: that would be energy from nowhere. Out of line: a clean wall never comes here.
+/// up for at rest: that would be energy from nowhere. Where that spring's line has come beyond what
+/// is asked it goes on, so that the way back meets what is asked at the same place: else the way
+/// back would give what the way in left out. Out of line: a clean wall never comes here.
 [[gnu::noinline]] constexpr float follow_bound(BoundState& state, float asked_nm, float timed_nm,
                                                float spring_nm) {
-  const float before_nm = state.bounded ? state.given_nm : state.last_nm;
-  float given_nm = before_nm + timed_nm + spring_nm;
-  if (asked_nm < 0.0F) {
-    given_nm = given_nm > 0.0F ? 0.0F : larger(given_nm, asked_nm);
-  } else {
-    given_nm = given_nm < 0.0F ? 0.0F : smaller(given_nm, asked_nm);
-  }
+  const float before_nm = state.on_line ? state.asked_nm : state.last_nm;
+  const float excess_nm = asked_nm - before_nm - timed_nm - spring_nm;
+  float line_nm = before_nm;
+  // Where it is steep again the line begins anew, if it is beyond.
+  const bool beyond = absolute(state.line_nm) > absolute(before_nm);
+  if (state.on_line && !(beyond && excess_nm * spring_nm > 0.0F)) line_nm = state.line_nm;
+  line_nm += timed_nm + spring_nm;
+  if (line_nm * asked_nm <= 0.0F) line_nm = 0.0F;
   // A torque that is none is a fault and not the bound's; it must not stay here.
-  if (!is_finite(asked_nm + before_nm)) given_nm = asked_nm;
+  if (!is_finite(asked_nm + line_nm)) line_nm = asked_nm;
+  const float given_nm = absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
   state.asked_nm = asked_nm;
-  state.given_nm = given_nm;
-  state.bounded = is_finite(asked_nm) && given_nm != asked_nm;
-  state.last_nm = state.bounded ? kNoNumber : asked_nm;
+  state.line_nm = line_nm;
+  state.on_line = is_finite(asked_nm) && asked_nm != 0.0F;
+  state.bounded = given_nm != asked_nm;
+  state.last_nm = state.on_line ? kNoNumber : asked_nm;
   return given_nm;
 }
 

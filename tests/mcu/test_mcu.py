@@ -15,7 +15,7 @@ from tools import boards, firmware_report, stack_bound, uf2
 BUDGET = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
 MARGIN = 1.10
 MOST_INSTRUCTIONS = 249  # of a wall on the product; before the field lists it took as many
-MOST_CALIBRATED = 300  # of a wall with that law, before GCC 14
+MOST_CALIBRATED = 305  # of a wall with that law, before GCC 14
 CHIPS = boards.chips()
 RAM_BYTES = {"rp2040": 264 * 1024, "rp2350": 520 * 1024}
 

@@ -70,7 +70,7 @@ TEST_CASE("a tick follows the equations of the law in their order") {
 }
 
 // The brake's side swings against the knob that comes to rest, with all that the spring can give;
-// the motor takes up half of the knob's friction of it.
+// the motor takes up half of the knob's friction of it, and less where the brake is not trusted.
 TEST_CASE("the motor follows the inertia behind the brake no further than half the friction") {
   core::ControllerParams params = reference_actuator();
   params.brake = core::make_brake_params(0.0F, 1e-3F, 2e-3F, 2e-3F);
@@ -83,18 +83,21 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
   scene->effect[0] = core::Constant{0.01F, {}};
   scene->active = 1;
   const core::Overlay overlay = core::overlay_of(params);
-  core::ControllerState state;
-  double most_nm = 0.0;
-  for (int i = 0; i < 200; ++i) {
-    const int count = 30 * std::min(i, 20);
-    const auto out =
-        core::control(state, params, {static_cast<std::uint32_t>(count), scene.get(), &overlay});
-    const double spring_nm = static_cast<double>(out.spring_torque_nm);
-    most_nm = std::max(most_nm, std::abs(spring_nm));
-    const double countered_nm = std::clamp(spring_nm, -5e-3, 5e-3);
-    CHECK(out.motor_command_nm == Approx(0.01 - countered_nm).scale(0.01).epsilon(1e-4));
+  for (const double trust : {1.0, 0.25}) {
+    core::ControllerState state;
+    state.bound.trust = static_cast<float>(trust);
+    double most_nm = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      const int count = 30 * std::min(i, 20);
+      const auto out =
+          core::control(state, params, {static_cast<std::uint32_t>(count), scene.get(), &overlay});
+      const double spring_nm = static_cast<double>(out.spring_torque_nm);
+      most_nm = std::max(most_nm, std::abs(spring_nm));
+      const double countered_nm = std::clamp(spring_nm, -trust * 5e-3, trust * 5e-3);
+      CHECK(out.motor_command_nm == Approx(0.01 - countered_nm).scale(0.01).epsilon(1e-4));
+    }
+    CHECK(most_nm > 0.05);
   }
-  CHECK(most_nm > 0.05);
 }
 
 TEST_CASE("without a scene nothing is commanded while motion and sensor go on") {

@@ -66,6 +66,40 @@ TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more a
   }
 }
 
+TEST_CASE("what is limited gives on the way back what it took on the way in, and no more") {
+  for (const int sign : {1, -1}) {
+    Bench bench;
+    bench.state.params.buzz_ticks = 0;  // no swing is one
+    const double in[] = {0.01, 0.02, 0.03, 0.04, 0.05, 0.05, 0.05, 0.05};
+    for (const double torque_nm : in) {
+      CHECK(bench.step(-sign * 0.05, sign) == Approx(-sign * torque_nm));
+    }
+    CHECK_FALSE(bench.state.bounded);
+    CHECK(bench.step(-sign * 0.05, 0) == Approx(-sign * 0.05));
+    const double out[] = {0.05, 0.05, 0.05, 0.04, 0.03, 0.02, 0.01};
+    for (const double torque_nm : out) {
+      CHECK(bench.step(-sign * 0.05, -sign) == Approx(-sign * torque_nm));
+    }
+    CHECK(bench.state.bounded);
+    // Outside it is over, and the next visit is like the first one.
+    CHECK(bench.step(0.0, -sign) == 0.0);
+    CHECK_FALSE(bench.state.on_line);
+    CHECK(bench.step(-sign * 0.05, sign) == Approx(-sign * 0.01));
+  }
+}
+
+TEST_CASE("what is steep again behind a plateau is bounded from there") {
+  for (const int sign : {1, -1}) {
+    Bench bench;
+    bench.state.params.buzz_ticks = 0;
+    for (int n = 0; n < 9; ++n) bench.step(-sign * 0.03, sign);
+    REQUIRE(bench.state.on_line);
+    REQUIRE_FALSE(bench.state.bounded);
+    CHECK(bench.step(-sign * 0.09, sign) == Approx(-sign * 0.04));
+    CHECK(bench.state.bounded);
+  }
+}
+
 TEST_CASE("what changes in time passes whole, bounded or not") {
   for (const int sign : {1, -1}) {
     Bench bench;
@@ -86,6 +120,8 @@ TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the 
     bench.swing(20, n % 2 == 0 ? -1 : 1);
     if (n > 0) share *= 0.6;  // the first may be anything
     CHECK(static_cast<double>(bench.state.share) == Approx(std::max(share, 1.0 / 64)));
+    // So does what the motor may take up of the spring.
+    CHECK(bench.state.trust == bench.state.share);
   }
   CHECK(bench.state.share == 1.0F / 64);
   // And with it the slope.
@@ -107,6 +143,42 @@ TEST_CASE("swings that get smaller, a hand's, and an encoder that flickers leave
   CHECK(flicker.state.share == 1.0F);
 }
 
+TEST_CASE("a flicker brings down what a count switches of the scene, then of the sensor") {
+  Bench bench;
+  bench.state.params.quiet_share = 0.3F;
+  bench.state.params.flicker_ticks = 5;
+  bench.swing(3, 1);
+  double share = 1.0;
+  double trust = 1.0;
+  for (int n = 1; n <= 40; ++n) {
+    bench.step(0.0, n % 2 == 0 ? 1 : -1);
+    if (n % 8 == 0 && share == 0.3) trust *= 0.6;
+    if (n % 8 == 0) share = std::max(0.6 * share, 0.3);
+    CHECK(static_cast<double>(bench.state.share) == Approx(share));
+    CHECK(static_cast<double>(bench.state.trust) == Approx(trust));
+  }
+  CHECK(trust < 0.4);
+  // A hand that pushes on slowly is a new touch, though it never turns round.
+  for (int n = 0; n < 50; ++n) bench.step(0.0, 0);
+  bench.swing(3, 1);
+  CHECK(static_cast<double>(bench.state.share) == Approx(0.3));
+  bench.step(0.0, -1);
+  CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("counts that change slowly are no flicker") {
+  Bench bench;
+  bench.state.params.quiet_share = 0.3F;
+  bench.state.params.flicker_ticks = 5;
+  bench.swing(3, 1);
+  for (int n = 0; n < 40; ++n) {
+    bench.step(0.0, n % 2 == 0 ? 1 : -1);
+    for (int rest = 0; rest < 5; ++rest) bench.step(0.0, 0);
+  }
+  CHECK(bench.state.share == 1.0F);
+}
+
 TEST_CASE("a touch after a while begins anew with the whole bound") {
   Bench bench;
   for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
@@ -114,18 +186,40 @@ TEST_CASE("a touch after a while begins anew with the whole bound") {
   for (int n = 0; n < 50; ++n) bench.step(0.0, 0);
   bench.swing(4, 1);
   CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust == 1.0F);
+
+  // Also if it turns round within a tick.
+  for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
+  REQUIRE(bench.state.share < 0.5F);
+  for (int n = 0; n < 50; ++n) bench.step(0.0, 0);
+  bench.step(0.0, 30);
+  CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust == 1.0F);
 }
 
 TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
   const BoundParams params =
-      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F);
+      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F, 6e-3F);
   CHECK(params.slope_nm_per_count == Approx(36.0 * 2.0 * 3.14159265358979 / 8192.0));
   CHECK(params.buzz_ticks == 400);
+  CHECK(params.flicker_ticks == 250);
+  CHECK(params.quiet_share * params.slope_nm_per_count == Approx(6e-3));
+}
+
+TEST_CASE(
+    "a bound that friction holds anyway, or no friction at all, leaves a share of 1/64 to 1") {
+  const auto share = [](float friction_nm) {
+    return make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F,
+                             friction_nm)
+        .quiet_share;
+  };
+  CHECK(share(1.0F) == 1.0F);
+  CHECK(share(0.0F) == 1.0F / 64);
 }
 
 TEST_CASE("the bound begins no higher than where one count switches half the motor") {
   const BoundParams params =
-      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.05F);
+      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.05F, 6e-3F);
   CHECK(params.slope_nm_per_count == Approx(0.025));
 }
 
