@@ -27,7 +27,9 @@ _GUIDES = (
     *("calibration", "troubleshooting"),
 )
 _BACKGROUND = ("architecture", "theory", "protocol", "threads", "reliability", "security")
-_STUDIES = ("paper", "actuators", "design", "extremes", "fidelity", "calibration", "impact")
+_STUDIES = (
+    *("paper", "actuators", "design", "extremes", "fidelity", "calibration", "falsify", "impact"),
+)
 _MODULES = (
     *("torsio", "torsio.emulator", "torsio.closed_loop", "torsio.protocol", "torsio.telemetry"),
     "torsio.studio",

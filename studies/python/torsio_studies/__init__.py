@@ -17,6 +17,7 @@ STUDIES: Final[dict[str, str]] = {
     "design": "Thousands of devices: what motor, brake, shaft, rate and encoder are worth.",
     "calibration": "Emulated knobs with hidden parameters measure themselves; broken ones are "
     "refused.",
+    "falsify": "A search that tries to break the law with any knob, belief, scene and hand.",
     "impact": "Whether a wall's knock is at the knob as it was asked for.",
     "fidelity": "Error against speed of every way to simulate the knob, MuJoCo among them.",
     "extremes": "Where numbers break, and what holds there.",

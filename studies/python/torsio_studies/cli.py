@@ -37,6 +37,12 @@ def _known_law(name: str) -> str:
     return name
 
 
+def _any_law(name: str) -> str:
+    if name not in get_args(Law):
+        raise typer.BadParameter(f"{name!r} is not one of {', '.join(get_args(Law))}")
+    return name
+
+
 def run(name: str, context: typer.Context) -> None:
     """Run a study with the command's options; what goes wrong is a sentence and an exit status."""
     # Only here: it takes a second that other commands need not wait for.
@@ -77,7 +83,7 @@ def _add(name: str, about: str) -> None:
 
 # A study with options of its own has its command below instead, and passes them as settings.
 for _name, _about in STUDIES.items():
-    if _name not in ("calibration", "design"):
+    if _name not in ("calibration", "design", "falsify"):
         _add(_name, _about)
 
 
@@ -110,6 +116,38 @@ def calibration(
 ) -> None:
     """Run the study of calibration; an interrupted one goes on where it was."""
     run("calibration", context)
+
+
+@app.command("falsify", help=STUDIES["falsify"])
+def falsify(
+    context: typer.Context,
+    as_json: AsJson = False,
+    out: Out = Path("out"),
+    quick: Quick = False,
+    cases: Annotated[
+        int | None, typer.Option("--cases", min=1, help="Searches; 1120 if unset.")
+    ] = None,
+    tries: Annotated[
+        int | None, typer.Option("--tries", min=16, help="Of each search, about; 900 if unset.")
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option("--results", metavar="FOLDER", help="Parquet files; OUT/falsify if unset."),
+    ] = None,
+    law: Annotated[
+        str,
+        typer.Option(
+            "--law",
+            callback=_any_law,
+            metavar="|".join(get_args(Law)),
+            help="How motor and brake share the torque.",
+        ),
+    ] = "calibrated",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Run the search; an interrupted one goes on where it was."""
+    run("falsify", context)
 
 
 @app.command("design", help=STUDIES["design"])

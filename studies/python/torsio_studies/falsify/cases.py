@@ -1,0 +1,227 @@
+"""What the search may choose: plant, beliefs, scene, hand, rate and encoder.
+
+A case fixes what is one of several. The optimiser moves the rest, each between 0 and 1.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import Final, Literal, get_args
+
+import numpy as np
+
+from torsio import ActuatorConfig, ControlConfig, Curve, Detents, EndStops, Friction, Spring, Wall
+from torsio.closed_loop import InitialState, LoopOptions
+from torsio.config import Law
+from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.plant import (
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    Electrics,
+    PlantParams,
+    ShaftHardening,
+)
+from torsio.scenes import Effect
+
+__all__ = ["HANDS", "SCENES", "SPACE", "Batch", "Case", "SceneName", "batches", "options_of"]
+
+SceneName = Literal["wall", "spring", "limited spring", "facing walls", "stops", "detents", "sum"]
+HandName = Literal["thrown", "weight", "released", "held"]
+SCENES: Final[tuple[SceneName, ...]] = get_args(SceneName)
+HANDS: Final[tuple[HandName, ...]] = get_args(HandName)
+RATES_HZ: Final = (10_000, 20_000)
+COUNTS: Final = (2048, 8192, 32_768, 131_072)
+
+_HOLDABLE: Final = 0.85  # of what motor and scene can hold, so that no weight falls through
+_AT_RAD: Final = 0.05
+_SETTLED_S: Final = 0.3  # by when a hand has done what it does
+
+# What a hidden knob has and what its device believes, over the reference actuator and the truth.
+_TRUE: Final = (
+    *("knob_inertia_kg_m2", "knob_viscous_nm_s_per_rad", "knob_coulomb_nm", "brake_inertia_kg_m2"),
+    *("brake_drag_nm", "shaft_stiffness_nm_per_rad", "shaft_damping_nm_s_per_rad"),
+    "brake_time_constant_s",
+)
+_TOLD: Final = {
+    "knob_inertia_kg_m2": 1.3,
+    "knob_coulomb_nm": 1.3,
+    "brake_inertia_kg_m2": 1.3,
+    "spring_stiffness_nm_per_rad": 1.3,
+    "brake_hysteresis_nm": 1.3,
+    "motor_time_constant_s": 1.3,
+    "brake_drag_nm": 2.0,
+    "brake_time_constant_s": 2.0,
+}
+
+SPACE: Final[dict[str, tuple[float, float]]] = {
+    **{f"true.{name}": (0.5, 2.0) for name in _TRUE},
+    **{f"told.{name}": (1.0 / most, most) for name, most in _TOLD.items()},
+    "loop_nm": (1e-4, 11e-3),
+    "knee_rad": (3e-3, 50e-3),
+    "knee_factor": (0.5, 2.0),
+    "cogging_nm": (1e-5, 3e-3),
+    "stiffness_nm_per_rad": (0.3, 1000.0),
+    "limit_nm": (20e-3, 200e-3),
+    "beta": (0.3, 0.9),
+    "place_counts": (1.0, 2.0),
+    "weight": (0.05, 1.0),
+    "speed_rad_s": (0.3, 18.0),
+    "hand_nm_per_rad": (0.1, 10.0),
+    "hand_kg_m2": (5e-7, 5e-6),
+    "hand_damping": (0.02, 2.0),
+}
+"""Least and most of what the optimiser moves, evenly in the logarithm.
+
+`weight` is a share of what can be held, `hand_damping` a share of the critical one.
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One search: what is fixed in it."""
+
+    _: KW_ONLY
+    number: int
+    law: Law
+    scene: SceneName
+    hand: HandName
+    rate_hz: int
+    counts: int
+    electrics: bool
+    belt: bool
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Cases that are searched and stored together."""
+
+    group: str
+    index: int
+    designs: tuple[Case, ...]
+    tries: int
+
+
+def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
+    """Give each case a batch of its own; every pair of scene and hand comes before one repeats."""
+    pairs = list(itertools.product(SCENES, HANDS))
+    for number in range(cases):
+        random = np.random.default_rng([35, number])
+        # Any step prime to 28 visits each pair once.
+        scene, hand = pairs[number * 13 % len(pairs)]
+        case = Case(
+            number=number, law=law, scene=scene, hand=hand,
+            rate_hz=int(random.choice(RATES_HZ)), counts=int(random.choice(COUNTS)),
+            electrics=bool(random.random() < 0.3), belt=bool(random.random() < 0.2),
+        )  # fmt: skip
+        yield Batch(law, number, (case,), tries)
+
+
+def values_of(point: np.typing.NDArray[np.float64]) -> dict[str, float]:
+    """Give what a point of the unit cube stands for."""
+    return {
+        name: low * math.exp(float(share) * math.log(high / low))
+        for share, (name, (low, high)) in zip(point, SPACE.items(), strict=True)
+    }
+
+
+def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
+    """Give the loop that a case and its values make."""
+    plant = _plant(case, value)
+    actuator = _told(plant, value)
+    hand, initial = _hand(case, value, plant)
+    return LoopOptions(
+        scene=_scene(case, value),
+        hand=hand,
+        initial=initial,
+        plant=plant,
+        actuator=actuator,
+        control=ControlConfig(law=case.law, beta=value["beta"]),
+        control_period_ns=round(1e9 / case.rate_hz),
+        seed=case.number,
+    )
+
+
+def _plant(case: Case, value: Mapping[str, float]) -> PlantParams:
+    reference = PlantParams()
+    true = {name: value[f"true.{name}"] * getattr(reference, name) for name in _TRUE}
+    lag_s, electrics = true["brake_time_constant_s"], None
+    if case.electrics:
+        electrics = Electrics()
+        electrics = replace(electrics, coil_inductance_h=lag_s * electrics.coil_resistance_ohm)
+    inertia = true["brake_inertia_kg_m2"]
+    loop_nm = value["loop_nm"]
+    return PlantParams(
+        **true,
+        counts_per_rev=case.counts,
+        shaft_hardening=ShaftHardening(
+            knee_rad=value["knee_rad"], stiffness_factor=value["knee_factor"]
+        ),
+        brake_hysteresis=BrakeHysteresis(half_width_nm=loop_nm),
+        belt=Belt(pulley_inertia_kg_m2=0.25 * inertia) if case.belt else None,
+        cogging=Cogging.sine(periods_per_rev=12, amplitude_nm=value["cogging_nm"], points=16),
+        electrics=electrics,
+    )
+
+
+def _told(plant: PlantParams, value: Mapping[str, float]) -> ActuatorConfig:
+    right = plant.matching_config()
+    return replace(right, **{name: value[f"told.{name}"] * getattr(right, name) for name in _TOLD})
+
+
+def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
+    at_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
+    stiffness, limit_nm = value["stiffness_nm_per_rad"], value["limit_nm"]
+    wall = Wall(angle_rad=at_rad, stiffness_nm_per_rad=stiffness)
+    far_rad = at_rad - min(0.04, limit_nm / stiffness)
+    scenes: dict[SceneName, tuple[Effect, ...]] = {
+        "wall": (wall,),
+        "spring": (Spring(angle_rad=at_rad, stiffness_nm_per_rad=stiffness),),
+        "limited spring": (
+            Spring(angle_rad=at_rad, stiffness_nm_per_rad=stiffness, torque_limit_nm=limit_nm),
+        ),
+        "facing walls": (
+            wall,
+            Wall(angle_rad=far_rad, side="below", stiffness_nm_per_rad=0.5 * stiffness),
+        ),
+        "stops": (
+            EndStops(lower_rad=far_rad, upper_rad=at_rad, stiffness_nm_per_rad=stiffness),
+            Friction(torque_nm=0.1 * limit_nm),
+        ),
+        "detents": (Detents(angle_rad=at_rad, torque_nm=limit_nm, pitch_rad=0.3),),
+        "sum": (
+            wall,
+            Curve(
+                angle_rad=at_rad - 0.1, span_rad=0.3,
+                torque_nm=[0.1 * limit_nm, -0.3 * limit_nm, 0.0, -0.5 * limit_nm],
+            ),
+        ),
+    }  # fmt: skip
+    return scenes[case.scene]
+
+
+def _hand(
+    case: Case, value: Mapping[str, float], plant: PlantParams
+) -> tuple[Hand, InitialState | None]:
+    if case.hand == "thrown":
+        return NoHand(), InitialState(speed_rad_s=value["speed_rad_s"])
+    if case.hand == "held":
+        stiffness, inertia = value["hand_nm_per_rad"], value["hand_kg_m2"]
+        push_nm = value["weight"] * plant.motor_limit_nm
+        moving = inertia + plant.knob_inertia_kg_m2
+        deepest_rad = _AT_RAD + push_nm / stiffness
+        return ImpedanceHand(
+            stiffness_nm_per_rad=stiffness,
+            damping_nm_s_per_rad=2.0 * value["hand_damping"] * math.sqrt(stiffness * moving),
+            inertia_kg_m2=inertia,
+            intended_angle_rad=[(0.0, 0.0), (_SETTLED_S, deepest_rad)],
+        ), None
+    holds_nm = min(plant.motor_limit_nm, value["limit_nm"])
+    weight_nm = _HOLDABLE * value["weight"] * holds_nm
+    path = [(0.0, 0.0), (0.1, weight_nm)]
+    if case.hand == "released":
+        path += [(_SETTLED_S, weight_nm), (_SETTLED_S, 0.2 * weight_nm)]
+    return TorqueHand(torque_nm=path), None

@@ -1,0 +1,80 @@
+"""`torsio study falsify`: a search that tries to break the law `calibrated`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from torsio.config import Law
+from torsio.screen import line, table
+from torsio_studies.common import Results, Study
+from torsio_studies.design.spread import spread
+from torsio_studies.design.store import Store
+from torsio_studies.falsify.cases import SPACE, batches
+from torsio_studies.falsify.search import LASTING_RAD, LOUD_NM, evaluate_batch
+
+EVALUATION = 1
+"""Raise it when a try gives other numbers: results of different ones are never mixed."""
+
+
+def run(study: Study) -> Results:
+    """Run the study; what an earlier run has left in the results folder is not computed again."""
+    settings = study.settings
+    cases = int(settings.get("cases") or (4 if study.quick else 1120))
+    tries = int(settings.get("tries") or (32 if study.quick else 900))
+    law: Law = settings.get("law", "calibrated")
+    folder = Path(settings.get("results") or (study.out or Path("out")) / "falsify")
+    store = Store(folder, {"evaluation": EVALUATION, "tries": tries})
+    work = list(batches(cases, tries, law))
+    kept = store.intact(work)
+    todo = [batch for batch in work if batch not in kept]
+    report = study.counter(f"{cases} searches, {len(kept)} of them from before", cases)
+    done = len(kept)
+    report(done)
+    with spread(
+        todo,
+        scheduler=settings.get("scheduler"),
+        workers=settings.get("workers"),
+        evaluate=evaluate_batch,
+    ) as (_, results):
+        for batch, rows in results:
+            store.write(batch, rows)
+            done += 1
+            report(done)
+    columns = store.read(work)[law]
+    worst = np.argsort(-columns["swing_rad"] / LASTING_RAD - columns["loud_nm"] / LOUD_NM)
+    found = [
+        {**asdict(work[number].designs[0]), **{name: float(columns[name][n]) for name in columns}}
+        for n in worst[: max(20, int(columns["breaks"].sum()))].tolist()
+        for number in [int(columns["number"][n])]
+    ]
+    return {
+        "rows": [row for row in found if row["breaks"]],
+        "worst": found[:5],
+        "searches": cases,
+        "tries": int(columns["tries"].sum()),
+        "counter_examples": int(columns["breaks"].sum()),
+        "space": SPACE,
+        "lasting_rad": LASTING_RAD,
+        "loud_nm": LOUD_NM,
+    }
+
+
+def show(results: Results, console: Console) -> None:
+    """Print how many tries there were, and what broke."""
+    line(
+        console,
+        f"{results['tries']:,} tries in {results['searches']} searches, "
+        f"{results['counter_examples']} counter-examples",
+    )
+    shown = table("scene", "hand", "rate, counts", "swing, mrad", "motor, mW", "above 20 Hz, mN·m")
+    for row in results["rows"] or results["worst"]:
+        shown.add_row(
+            row["scene"], row["hand"], f"{row['rate_hz'] // 1000} kHz, {row['counts']:,}",
+            f"{1e3 * row['swing_rad']:.3g}", f"{1e3 * row['work_w']:.3g}",
+            f"{1e3 * row['loud_nm']:.3g}",
+        )  # fmt: skip
+    console.print(shown)

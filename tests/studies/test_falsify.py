@@ -1,0 +1,54 @@
+"""The search that tries to break the law, and what it has found."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from torsio_studies.common import StudyError
+from torsio_studies.execution import execute
+from torsio_studies.falsify.cases import HANDS, SCENES, SPACE, batches, options_of, values_of
+from torsio_studies.falsify.search import measure, search
+
+
+def test_cases_have_every_scene_in_every_hand_and_depend_on_their_number_only() -> None:
+    few = [batch.designs[0] for batch in batches(28, 32, "calibrated")]
+    assert {(case.scene, case.hand) for case in few} == {(s, h) for s in SCENES for h in HANDS}
+    more = [batch.designs[0] for batch in batches(40, 32, "calibrated")]
+    assert more[:28] == few
+
+
+def test_corners_of_the_space_can_all_be_simulated() -> None:
+    for corner in (0.0, 1.0):
+        value = values_of(np.full(len(SPACE), corner))
+        for (name, span), found in zip(SPACE.items(), value.values(), strict=True):
+            assert found == pytest.approx(span[int(corner)]), name
+        for batch in batches(28, 32, "calibrated"):
+            options = options_of(batch.designs[0], value)
+            assert measure([options], after_s=0.01)[0].swing_rad >= 0.0
+
+
+def test_search_finds_that_a_law_without_a_bound_buzzes() -> None:
+    """What swings is known here: a stiff spring, and a motor that answers late."""
+    for batch in batches(28, 64, "compensated"):
+        case = batch.designs[0]
+        if (case.scene, case.hand) == ("spring", "thrown"):
+            found = search(case, batch.tries)
+            assert found["breaks"] == 1.0
+            assert found["work_w"] > 0.0
+
+
+def test_study_goes_on_from_its_results_and_writes_the_documented_keys(tmp_path: Path) -> None:
+    settings = {"cases": 2, "tries": 32, "workers": 1}
+    for _ in range(2):
+        results = execute("falsify", json_file=tmp_path / "f.json", out=tmp_path, settings=settings)
+        assert results["tries"] == 64
+        assert results["searches"] == 2
+    page = (Path(__file__).parents[2] / "docs" / "studies" / "falsify.md").read_text()
+    written = json.loads((tmp_path / "f.json").read_text())
+    assert [key for key in written["worst"][0] if f"`{key}`" not in page] == []
+    with pytest.raises(StudyError, match="other settings"):
+        execute("falsify", out=tmp_path, settings={**settings, "tries": 48})

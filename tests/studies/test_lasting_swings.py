@@ -1,0 +1,156 @@
+"""Counter-examples that were found against the law `calibrated`: none may last any more.
+
+Each has beliefs, a brake, a scene or an encoder with which a knob once swung or buzzed for ever.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+
+from torsio import ControlConfig, ImpedanceHand, PlantParams, ShaftConfig, Spring, TorqueHand, Wall
+from torsio.closed_loop import LoopOptions
+from torsio.hands import Hand
+from torsio.plant import BrakeHysteresis, ShaftHardening
+from torsio.scenes import Effect
+from torsio_studies.falsify.search import LASTING_RAD, Motion, measure
+
+COUNTS = 32_768
+PLANT = PlantParams(counts_per_rev=COUNTS)
+AT_RAD = 0.05
+WEIGHT_NM = 40e-3
+RAMPS_S = (0.02, 0.1, 0.3, 0.5)
+QUIET_NM = 1e-3
+
+
+def loop(
+    scene: Effect,
+    hand: Hand,
+    *,
+    plant: PlantParams = PLANT,
+    told: dict[str, float] | None = None,
+    straight: bool = False,
+) -> LoopOptions:
+    """`told` are factors of what is true; `straight` tells it no knees."""
+    right = plant.matching_config()
+    wrong = {name: factor * getattr(right, name) for name, factor in (told or {}).items()}
+    return LoopOptions(
+        scene=scene,
+        hand=hand,
+        plant=plant,
+        actuator=replace(right, **wrong),
+        shaft=ShaftConfig() if straight else None,
+        control=ControlConfig(law="calibrated"),
+        control_period_ns=50_000,
+    )
+
+
+def weight(torque_nm: float, ramp_s: float) -> TorqueHand:
+    return TorqueHand(torque_nm=[(0.0, 0.0), (ramp_s, torque_nm)])
+
+
+def soft_hand(ramp_s: float) -> ImpedanceHand:
+    return ImpedanceHand(
+        stiffness_nm_per_rad=0.7,
+        damping_nm_s_per_rad=5e-3,
+        inertia_kg_m2=1e-5,
+        intended_angle_rad=[(0.0, 0.0), (ramp_s, AT_RAD + WEIGHT_NM / 0.7)],
+    )
+
+
+def visits(
+    *,
+    plant: PlantParams = PLANT,
+    told: dict[str, float] | None = None,
+    straight: bool = False,
+    soft: bool = False,
+) -> list[Motion]:
+    """Visit soft walls with a weight or in a soft hand."""
+    return measure(
+        [
+            loop(
+                Wall(angle_rad=AT_RAD, stiffness_nm_per_rad=stiffness),
+                soft_hand(ramp_s) if soft else weight(WEIGHT_NM, ramp_s),
+                plant=plant,
+                told=told,
+                straight=straight,
+            )
+            for stiffness, ramp_s in itertools.product((1.0, 1.5, 2.0, 2.5, 3.0), RAMPS_S)
+        ]
+    )
+
+
+def widest_rad(motions: list[Motion]) -> float:
+    return max(motion.swing_rad for motion in motions)
+
+
+SOFTENING = replace(PLANT, shaft_hardening=ShaftHardening(knee_rad=5e-3, stiffness_factor=0.5))
+
+
+@pytest.mark.parametrize("factor", [1.05, 1.1, 1.2, 1.3])
+def test_shaft_that_is_told_too_stiff_makes_no_soft_wall_swing(factor: float) -> None:
+    told = {"spring_stiffness_nm_per_rad": factor}
+    assert widest_rad(visits(told=told)) < LASTING_RAD
+    assert widest_rad(visits(told=told, soft=True)) < LASTING_RAD
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+@pytest.mark.parametrize(
+    "name",
+    ["brake_inertia_kg_m2", "brake_drag_nm", "brake_time_constant_s", "knob_coulomb_nm"],
+)
+def test_brake_that_is_told_wrong_makes_no_soft_wall_swing(name: str, factor: float) -> None:
+    assert widest_rad(visits(told={name: factor})) < LASTING_RAD
+
+
+def test_shaft_that_softens_and_is_told_straight_makes_no_soft_wall_swing() -> None:
+    assert widest_rad(visits(plant=SOFTENING, straight=True)) < LASTING_RAD
+
+
+@pytest.mark.parametrize("loop_nm", [5.5e-3, 11e-3])
+def test_hysteresis_that_is_told_as_it_is_makes_no_soft_wall_swing(loop_nm: float) -> None:
+    plant = replace(PLANT, brake_hysteresis=BrakeHysteresis(half_width_nm=loop_nm))
+    assert widest_rad(visits(plant=plant)) < LASTING_RAD
+
+
+@pytest.mark.parametrize("share", [0.6, 0.75, 0.85])
+def test_weight_on_a_spring_with_a_limit_comes_to_rest(share: float) -> None:
+    springs = itertools.product((10.0, 100.0, 1000.0), (40e-3, 80e-3, 120e-3), RAMPS_S)
+    motions = measure(
+        [
+            loop(
+                Spring(angle_rad=0.02, stiffness_nm_per_rad=stiffness, torque_limit_nm=limit_nm),
+                weight(share * min(limit_nm, PLANT.motor_limit_nm), ramp_s),
+            )
+            for stiffness, limit_nm, ramp_s in springs
+        ]
+    )
+    assert widest_rad(motions) < LASTING_RAD
+
+
+@pytest.mark.parametrize("counts", [2048, 8192, 32_768, 131_072])
+def test_knob_that_rests_in_a_stiff_wall_is_silent(counts: int) -> None:
+    plant = replace(PLANT, counts_per_rev=counts)
+    held = [
+        loop(
+            Wall(angle_rad=AT_RAD + place * 2.0 * math.pi / counts, stiffness_nm_per_rad=stiffness),
+            hand,
+            plant=plant,
+        )
+        for stiffness, torque_nm, place in itertools.product(
+            (30.0, 100.0, 300.0, 1000.0), (20e-3, 40e-3, 60e-3, 75e-3), (0.0, 0.5)
+        )
+        for hand in (
+            weight(torque_nm, 0.3),
+            ImpedanceHand(
+                stiffness_nm_per_rad=10.0,
+                damping_nm_s_per_rad=0.02,
+                inertia_kg_m2=5e-6,
+                intended_angle_rad=[(0.0, 0.0), (0.3, AT_RAD + torque_nm / 10.0)],
+            ),
+        )
+    ]
+    assert max(motion.loud_nm for motion in measure(held)) < QUIET_NM
