@@ -35,6 +35,7 @@ PACKAGE = "bindings/python/torsio"
 LONGEST_BUILD_S = 1500.0
 LONGEST_TESTS_S = 400.0
 MOST_FILES = 5
+LATE = "ran out of time"
 # What reaches most of the C++ from Python in seconds.
 BROAD = tuple(
     f"tests/python/test_{name}.py"
@@ -85,7 +86,7 @@ def run(command: Sequence[str | Path], limit_s: float) -> tuple[bool, str]:
             said, _ = process.communicate(timeout=limit_s)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, 9)
-            return False, "ran out of time"
+            return False, LATE
     return process.returncode == 0, said
 
 
@@ -158,11 +159,14 @@ class Builds:
 
 
 def words_of(change: Change) -> set[str]:
-    """Give names that a test of the changed lines may have: of the file and of what is round it."""
-    lines = (COPY / change.file).read_text(encoding="utf-8").splitlines()[: change.number]
+    """Give names that a test of the changed line may have: of its file, and what that is for."""
+    text = (COPY / change.file).read_text(encoding="utf-8")
+    above = text.splitlines()[: change.number]
     pattern = re.compile(r"^\s*(?:async )?(?:def|class|function|export function) (\w+)")
-    defined = [found[1] for line in lines if (found := pattern.match(line))]
+    defined = [found[1] for line in above if (found := pattern.match(line))]
+    public = re.search(r"^__all__ = \[([^\]]*)\]", text, re.MULTILINE)
     names = {Path(change.file).stem, Path(change.file).parent.name, *defined[-1:]}
+    names |= set(re.findall(r"\w+", public[1])) if public else set()
     return {name.strip("_") for name in names} - {"torsio", "src", "core", "init", "main"}
 
 
@@ -211,7 +215,7 @@ class Hunt:
             if path.suffix == ".ts":
                 return self._try_python([*files_for(change, ["tests/studio"]), *OF_PAGE], put_in)
             files = files_for(change, ["tests/python", "tests/studio"])
-            return self._try_python(files, put_in)
+            return self._try_python([*files, *BROAD], put_in)
         finally:
             put_in(is_mutated=False)
 
@@ -223,7 +227,8 @@ class Hunt:
             program, whole = programs[name]
             command = (program, "--abort-after=1", "--minimal")
             case = self.health.try_one(name, command, r"TEST CASE:\s*(.*)")
-            if case and run([whole, f"--test-case={case}"], LONGEST_TESTS_S)[0]:
+            again = () if case.endswith(LATE) else (f"--test-case={case}",)
+            if case and run([whole, *again], 3 * LONGEST_TESTS_S)[0]:
                 return "dead", f"{name}: {case}"
         if not self.builds.build("release"):
             return "unbuilt", ""
@@ -251,7 +256,7 @@ class Hunt:
             if case:
                 # Does it pass without the change?
                 put_in(is_mutated=False)
-                if run([*PYTEST, case if "::" in case else file], LONGEST_TESTS_S)[0]:
+                if run([*PYTEST, case if "::" in case else file], 3 * LONGEST_TESTS_S)[0]:
                     return "dead", case
                 self.health.sick.append(case)
                 put_in(is_mutated=True)
