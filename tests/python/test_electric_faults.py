@@ -18,6 +18,9 @@ import torsio
 from torsio import BoardConfig, ControlConfig, Electrics, Emulator, EmulatorOptions, PlantParams
 from torsio.calibration import calibrate
 
+# More than the motor gives, so that it pushes with all that it has.
+pytestmark = pytest.mark.filterwarnings("ignore::torsio.SceneWarning")
+
 # The current loops and control rates of both boards.
 BOARDS: dict[str, tuple[Electrics, float]] = {
     "pico2": (Electrics(), 20e3),

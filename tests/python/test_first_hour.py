@@ -69,6 +69,7 @@ def test_angle_may_be_given_in_degrees() -> None:
         )
 
 
+@pytest.mark.filterwarnings("ignore::torsio.StiffnessWarning")
 def test_torque_that_no_motor_gives_and_angles_in_degrees_are_told() -> None:
     ends = torsio.EndStops(lower_rad=-150, upper_rad=150, stiffness_nm_per_rad=0.5)
     far = r"lower_rad is -150 rad, 23\.9 turns away; .*lower_rad=torsio\.deg\(-150\)"
