@@ -413,6 +413,15 @@ def test_mark_with_a_seed_that_is_none_says_so(pytester: pytest.Pytester, seed: 
     result.stdout.fnmatch_lines(["*seed *, *"])
 
 
+def test_run_that_asks_for_no_knob_loads_neither_library_nor_numpy(
+    pytester: pytest.Pytester,
+) -> None:
+    pytester.makepyfile(
+        "import sys\n\ndef test_it():\n    assert not {'numpy', 'torsio'} & set(sys.modules)\n"
+    )
+    pytester.runpytest_subprocess().assert_outcomes(passed=1)
+
+
 def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
