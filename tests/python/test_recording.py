@@ -180,6 +180,28 @@ def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path)
     torsio.load(file)  # what can be read
 
 
+def test_damaged_chunk_costs_no_other(knob: torsio.Knob, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with knob.record_to(file) as recording:
+        for _ in range(4):
+            knob.sleep(0.5)
+            recording.put(lambda _: recording._writer.flush(), [None])
+    whole = file.read_bytes()
+    all_ticks = torsio.load(file).telemetry["tick"]
+    with file.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert len(summary.chunk_indexes) >= 4
+    for chunk in summary.chunk_indexes:
+        damaged = bytearray(whole)
+        damaged[chunk.chunk_start_offset + chunk.chunk_length // 2] ^= 0xFF
+        file.write_bytes(damaged)
+        loaded = torsio.load(file)
+        assert not loaded.whole
+        assert 0.6 * len(all_ticks) < len(loaded.telemetry) < len(all_ticks)
+        assert np.isin(loaded.telemetry["tick"], all_ticks).all()
+
+
 def test_program_that_is_killed_leaves_what_it_had(tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     with subprocess.Popen(

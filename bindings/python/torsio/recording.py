@@ -158,10 +158,10 @@ def load(path: str | Path) -> Recorded:
         from mcap.stream_reader import StreamReader
     except ModuleNotFoundError as error:
         raise missing() from error
-    topics: dict[int, str] = {}
+    topics = dict(enumerate(TOPICS, 1))  # as they are written; the first chunk tells it, if whole
     found: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     metadata: dict[str, dict[str, Any]] = {}
-    whole = False
+    damaged, whole = False, False
     with Path(path).open("rb") as file, _explained(path, metadata):
         reader = StreamReader(
             file, emit_chunks=True, validate_crcs=True, record_size_limit=_MOST_BYTES
@@ -174,8 +174,10 @@ def load(path: str | Path) -> Recorded:
             elif isinstance(record, Message) and topics.get(record.channel_id) in found:
                 topic = topics[record.channel_id]
                 found[topic].append(_READ[topic](json.loads(record.data), _times(record, metadata)))
+            elif record is None:
+                damaged = True
             elif isinstance(record, Footer):
-                whole = True
+                whole = not damaged
         if "versions" not in metadata:
             raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
         return Recorded(
@@ -188,7 +190,10 @@ def load(path: str | Path) -> Recorded:
 
 
 def _unpacked(path: str | Path, records: Iterable[Any]) -> Iterator[Any]:
-    """Give the records of chunks too, of each as soon as it is known not to fill the memory."""
+    """Give the records of chunks too, of each as soon as it is known not to fill the memory.
+
+    None stands for a chunk that is damaged.
+    """
     import zstandard
     from mcap.records import Chunk
     from mcap.stream_reader import breakup_chunk
@@ -198,14 +203,22 @@ def _unpacked(path: str | Path, records: Iterable[Any]) -> Iterator[Any]:
         if not isinstance(record, Chunk):
             yield record
             continue
-        size = record.uncompressed_size
-        if record.compression == "zstd":
-            # Who unpacks believes this one first.
-            size = max(size, zstandard.frame_content_size(record.data))
-        room += _MOST_BYTES_OF_ONE * len(record.data) - size
-        if record.compression not in ("", "zstd") or size > _MOST_BYTES or room < 0:
-            raise Error(f"{str(path)!r} would fill the memory: it unpacks to {size} bytes and more")
-        yield from breakup_chunk(record, validate_crc=True)
+        try:
+            size = record.uncompressed_size
+            if record.compression == "zstd":
+                # Who unpacks believes this one first.
+                size = max(size, zstandard.frame_content_size(record.data))
+            room += _MOST_BYTES_OF_ONE * len(record.data) - size
+            if record.compression not in ("", "zstd") or size > _MOST_BYTES or room < 0:
+                raise Error(
+                    f"{str(path)!r} would fill the memory: it unpacks to {size} bytes and more"
+                )
+            unpacked: list[Any] = [*breakup_chunk(record, validate_crc=True)]
+        except Error:
+            raise
+        except Exception:  # this chunk is damaged; the next one need not be
+            unpacked = [None]
+        yield from unpacked
 
 
 def _until_torn(records: Iterable[Any]) -> Iterator[Any]:

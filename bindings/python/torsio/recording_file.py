@@ -122,8 +122,7 @@ class RecordingFile:
         self._host_minus_device_ns = time.time_ns() - round(1e9 * device_time_s())
         self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
         metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
-        self._file: BinaryIO = self.path.open("wb")
-        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
+        self._file: BinaryIO | None = None
         self._channels: dict[str, int] = {}
         self._newest_ns = 0  # of the telemetry
         self._lost = samples_lost
@@ -134,14 +133,21 @@ class RecordingFile:
         self._is_open = True
         self._thread = threading.Thread(target=self._work, name="torsio recording", daemon=True)
         try:
+            self._file = self.path.open("wb")
+            self._writer = Writer(
+                self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD
+            )
             self._begin(metadata)
             self._ended.acquire()
             self._thread.start()
-        except BaseException:
+        except BaseException as error:
             self._is_open = False
-            with contextlib.suppress(OSError):
-                self._file.close()
-            self.path.unlink(missing_ok=True)
+            if self._file is not None:
+                with contextlib.suppress(OSError):
+                    self._file.close()
+                self.path.unlink(missing_ok=True)
+            if isinstance(error, OSError):
+                raise self._named(error) from None
             raise
 
     def _begin(self, metadata: Mapping[str, Mapping[str, Any]]) -> None:
@@ -251,6 +257,8 @@ class RecordingFile:
 
     def _work(self) -> None:
         """Write what waits until the file is closed or cannot be written."""
+        assert self._file is not None
+        file = self._file
         try:
             flush_at = time.monotonic() + _FLUSH_S
             while True:
@@ -265,16 +273,20 @@ class RecordingFile:
                     self._writer.flush()
                     flush_at = time.monotonic() + _FLUSH_S
             self._writer.finish()
-            self._file.close()
+            file.close()
         except OSError as error:
-            self._failure = OSError(error.errno, error.strerror or str(error), str(self.path))
+            self._failure = self._named(error)
         except BaseException as error:
             self._failure = error
         finally:
             self._is_open = False
             with contextlib.suppress(OSError):  # of a disk that is full, which is told already
-                self._file.close()
+                file.close()
             self._ended.release()
+
+    def _named(self, error: OSError) -> OSError:
+        """Say which file it is; a write does not."""
+        return OSError(error.errno, error.strerror or str(error), str(self.path))
 
     def _write(self, topic: str, device_ns: int, message: Mapping[str, Any]) -> None:
         self._write_encoded((topic, device_ns, _encoded(message), time.time_ns()))
