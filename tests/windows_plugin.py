@@ -26,6 +26,7 @@ FILES = {
     "test_game_descriptor.py": "reads descriptors with hid-tools, which is for Linux",
     "test_game_hosts.py": _LINUX,
     "test_stubs.py": "checks the package's types, with the studies beside it",
+    "test_torque_off.py": "limits the size of files, and sends signals, as Unix does",
     "test_virtual_knob.py": "the virtual USB knob is a program for Linux",
 }
 # The others, by name, without parameters.

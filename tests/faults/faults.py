@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import faulthandler
+import gc
 import json
 import os
 import subprocess
@@ -160,6 +161,8 @@ def run(part: str, every: int) -> tuple[Counter[tuple[str, str]], list[Outcome]]
     for outcome in PARTS[part](every):
         faulthandler.dump_traceback_later(HANGS_S, exit=True)
         counts[outcome[:2]] += 1
+        if counts.total() % 100 == 0:
+            gc.collect()  # of knobs that what was raised still knows
         if outcome[2]:
             failed.append(outcome)
     faulthandler.cancel_dump_traceback_later()

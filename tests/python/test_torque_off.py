@@ -11,7 +11,6 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -232,58 +231,6 @@ def test_handler_of_a_signal_may_end_the_torque_at_any_moment(
         signal.signal(signal.SIGALRM, before)
 
 
-class Interrupted(Device):
-    """Python code of the user's in which Ctrl-C comes."""
-
-    interrupts_in, left = "", -1
-
-    def _look(self, name: str) -> None:
-        if name == self.interrupts_in:
-            self.left -= 1
-            if self.left == -1:
-                raise KeyboardInterrupt
-
-    def __getattribute__(self, name: str) -> Any:
-        method = super().__getattribute__(name)
-        if name in ("write", "read", "get_feature", "set_feature", "now_ns", "advance_to", "close"):
-
-            def look_first(*given: Any) -> Any:
-                self._look(name)
-                return method(*given)
-
-            return look_first
-        return method
-
-
-ASKED: dict[str, Callable[[torsio.Knob], object]] = {
-    "record": lambda knob: knob.record(0.02),
-    "play": lambda knob: knob.play(torsio.Damper(damping_nm_s_per_rad=1e-4)),
-    "health": lambda knob: [knob.health() for _ in range(5)],
-    "sleep": lambda knob: knob.sleep(0.02),
-    "close": lambda knob: knob.close(),
-}
-
-
-@pytest.mark.parametrize("asked", ASKED)
-def test_interrupt_in_a_transport_goes_on_as_it_is(asked: str) -> None:
-    passed = 0
-    for method in ("write", "read", "get_feature", "set_feature", "now_ns", "advance_to", "close"):
-        for number in (0, 1, 3):
-            made = Interrupted()
-            knob = torsio.open(made)
-            knob.arm()
-            made.interrupts_in, made.left = method, number
-            try:
-                with knob:
-                    ASKED[asked](knob)
-            except KeyboardInterrupt:
-                passed += 1
-            assert made.left >= 0 or passed
-            assert not made.is_armed, (method, number)
-            assert made.is_closed or method == "close"
-    assert passed > 5
-
-
 def test_handler_of_a_signal_in_a_transport_is_told_that_it_cannot_use_the_knob() -> None:
     made = Device()
     with torsio.open(made) as knob:
@@ -292,20 +239,6 @@ def test_handler_of_a_signal_in_a_transport_is_told_that_it_cannot_use_the_knob(
         with pytest.raises(torsio.Error, match="cannot use the knob"):
             knob.sleep(0.1)
         del made.advance_to
-    assert not made.is_armed
-
-
-def test_way_that_gives_nothing_any_more_is_still_told_to_disarm() -> None:
-    made = Device()
-
-    def fail(timeout_s: float) -> bytes | None:
-        raise OSError("no route")
-
-    with torsio.open(made) as knob:
-        knob.arm()
-        made.read = fail  # type: ignore[method-assign]
-        with pytest.raises(torsio.Disconnected, match="no route"):
-            knob.sleep(1.0)
     assert not made.is_armed
 
 
