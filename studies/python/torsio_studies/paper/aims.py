@@ -12,7 +12,7 @@ from rich.table import Table
 import torsio
 from torsio import calibration, perception, screen
 from torsio.calibration.circuit import MEASURED_OF_BOARD
-from torsio.closed_loop import LoopOptions, simulate
+from torsio.closed_loop import LoopOptions, simulate, simulate_many
 from torsio.config import BoardConfig, ControlConfig, Law
 from torsio.hands import ImpedanceHand
 from torsio.plant import BrakeHysteresis, Electrics, PlantParams
@@ -25,6 +25,8 @@ CUT_WALLS = (10.0, 25.0, 50.0, 100.0)
 HYSTERESIS_SHARE = 0.1
 ASSIST_NM = 5.8e-3
 TURN_RAD_S = 1.0
+PLACES = 16  # within a count
+EXITS_RAD_S = (0.1, 0.25, 0.6, 1.0)
 DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
 # What a device that calibrates itself takes these for before, of what they are.
 BELIEVED = 1.3
@@ -178,6 +180,35 @@ def _coarse(variant: Variant) -> Results:
     }
 
 
+def worst(variant: Variant, exit_rad_s: float, places: int) -> Results:
+    """Give the worst of visits that begin at different places within a count."""
+    stiffness, plant = runs.per_degree(WALL), _plant(variant)
+    give_rad = (runs.PEAK_NM + plant.knob_coulomb_nm) / runs.HAND_NM_PER_RAD
+    pull_s = (runs.WALL_RAD + runs.PEAK_NM / stiffness + give_rad) / exit_rad_s
+    visits = [
+        _told(
+            runs.push_options(
+                stiffness,
+                variant.law,
+                rate_hz=RATE_HZ,
+                plant=replace(plant, encoder_phase_counts=place / places),
+                pull_s=pull_s,
+            ),
+            variant,
+        )
+        for place in range(places)
+    ]
+    duration_s = runs.PUSH_DURATION_S - runs.PULL_S + pull_s
+    rows = simulate_many(visits, duration_s=duration_s)
+    pushes = [runs.measure_push(one, stiffness) for one in rows]
+    return {
+        "variant": variant.name,
+        "exit_rad_s": exit_rad_s,
+        "tracking_out": max(push.tracking_rms_out for push in pushes),
+        "torque_gap_nm": max(push.torque_gap_nm for push in pushes),
+    }
+
+
 def run(study: Study) -> Results:
     """Measure every variant."""
     rows = []
@@ -201,6 +232,8 @@ def run(study: Study) -> Results:
                 "jnds": push.jnds(),
             }
         )
+    known = next(variant for variant in VARIANTS if variant.name == "calibrated")
+    places = 2 if study.quick else PLACES
     step = perception.count_step_nm(runs.per_degree(WALL), COUNTS)
     return {
         "aims": AIMS,
@@ -208,6 +241,7 @@ def run(study: Study) -> Results:
         "control_rate_hz": RATE_HZ,
         "counts_per_rev": COUNTS,
         "at_8192_counts": [_coarse(variant) for variant in VARIANTS if variant.law == "calibrated"],
+        "worst": [worst(known, speed, places) for speed in EXITS_RAD_S],
         "count_step_jnds": perception.torque_jnds(step),
     }
 
