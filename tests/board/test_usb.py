@@ -29,7 +29,7 @@ def test_firmware_enumerates_as_the_knob() -> None:
     vendor, product = struct.unpack_from("<HH", found["device"], 8)
     assert (vendor, product) == (wire.USB_VENDOR_ID, wire.USB_PRODUCT_ID)
     assert _text(found["manufacturer"]) == "Torsio"
-    assert _text(found["product"]) == "Torsio haptic knob"
+    assert _text(found["product"]) == "haptic knob"
     assert _text(found["serial"]) == SERIAL.hex().upper()
     assert _text(found["control"]) == "Torsio control"
     assert _text(found["game"]) == "Torsio game controller"

@@ -92,7 +92,7 @@ def test_without_a_real_knob_it_is_the_emulated_one_and_that_is_said(
 def test_real_knob_is_taken_unless_another_is_named(
     command: tuple[str, ...], arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "Torsio haptic knob", "pico2", "hid", "")
+    real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "haptic knob", "pico2", "hid", "")
     asked: list[tuple[str, bool]] = []
 
     def refuse(selector: str, *, emulator: torsio.EmulatorOptions | None) -> None:
@@ -109,7 +109,7 @@ def test_real_knob_is_taken_unless_another_is_named(
 def test_options_of_the_emulated_knob_are_refused_while_a_real_one_would_be_taken(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "Torsio haptic knob", "pico2", "hid", "")
+    real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "haptic knob", "pico2", "hid", "")
     monkeypatch.setattr(torsio, "list_devices", lambda: [real])
     result = CliRunner().invoke(app, ["demo", "wall", "--seed", "3"])
     assert result.exit_code == 2

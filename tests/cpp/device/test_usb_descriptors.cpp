@@ -221,7 +221,7 @@ TEST_CASE("strings say who made what, and which one it is") {
   CHECK(languages.units[0] == 0x0304);
   CHECK(languages.units[1] == 0x0409);
   CHECK(text(device::string_descriptor(1, serial)) == "Torsio");
-  CHECK(text(device::string_descriptor(2, serial)) == "Torsio haptic knob");
+  CHECK(text(device::string_descriptor(2, serial)) == "haptic knob");
   CHECK(text(device::string_descriptor(3, serial)) == "E660AB");
   CHECK(device::string_descriptor(3, serial).units[0] == (0x0300 | 14));
   CHECK(text(device::string_descriptor(4, serial)) == "Torsio control");

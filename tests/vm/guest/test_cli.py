@@ -36,7 +36,7 @@ def test_list_shows_what_is_plugged_in_and_the_emulated_knob(
         str(knob.hidraw): knob.serial for knob in two_knobs
     }
     for device in plugged:
-        assert device["product"] == "Torsio haptic knob"
+        assert device["product"] == "haptic knob"
         assert (device["transport"], device["problem"]) == ("hid", "")
     assert emulated["path"] == "emulated"
 
