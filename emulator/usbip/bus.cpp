@@ -58,6 +58,9 @@ void unplug() {
   dcd_event_bus_signal(kPort, DCD_EVENT_UNPLUGGED, false);
 }
 
+void suspend() { dcd_event_bus_signal(kPort, DCD_EVENT_SUSPEND, false); }
+void resume() { dcd_event_bus_signal(kPort, DCD_EVENT_RESUME, false); }
+
 std::uint8_t interval_frames(std::uint8_t address) {
   const Endpoint* endpoint = find(address);
   return endpoint == nullptr ? std::uint8_t{0} : endpoint->interval_frames;

@@ -33,6 +33,10 @@ void plug();
 /// The cable comes out; whatever was under way is lost.
 void unplug();
 
+/// The host lets the bus sleep, or wakes it.
+void suspend();
+void resume();
+
 /// Frames between two polls of an interrupt endpoint.
 /// @param address with the direction bit
 /// @returns 0 if there is no such endpoint now

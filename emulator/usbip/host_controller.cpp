@@ -26,6 +26,7 @@ Completion over(const Submit& request, std::int32_t status, std::size_t length, 
 }  // namespace
 
 void HostController::plug() {
+  asleep_ = false;
   bus::plug();
   device_.poll();
 }
@@ -35,7 +36,26 @@ void HostController::unplug() {
     for (Queue& queue : direction) queue.clear();
   }
   absences_ = {};
+  asleep_ = false;
   bus::unplug();
+  device_.poll();
+}
+
+void HostController::suspend() {
+  asleep_ = true;
+  bus::suspend();
+  device_.poll();
+}
+
+void HostController::reset() {
+  asleep_ = true;
+  bus::plug();
+  device_.poll();
+}
+
+void HostController::resume() {
+  asleep_ = false;
+  bus::resume();
   device_.poll();
 }
 
@@ -129,6 +149,7 @@ Completion HostController::control_out(const Submit& request, const Bytes& data)
 // Interrupt transfers ----------------------------------------------------------------------------
 
 void HostController::frame(std::vector<Completion>& done) {
+  if (asleep_) return;
   poll_endpoints(Direction::out, done);
   poll_endpoints(Direction::in, done);
   ++frame_;

@@ -40,6 +40,11 @@ class HostController {
   void plug();
   /// Forgets every transfer.
   void unplug();
+  /// The bus sleeps: no endpoint is asked, and transfers wait.
+  void suspend();
+  /// The device's port is reset while its bus sleeps: it has to be configured anew.
+  void reset();
+  void resume();
 
   /// @param data what an OUT transfer carries, at most kLongestTransfer
   /// @param done gets what is over at once
@@ -81,6 +86,7 @@ class HostController {
   std::array<std::array<Queue, bus::kEndpoints>, 2> queues_;  // by direction and number
   std::array<Absence, bus::kEndpoints> absences_;             // by number
   std::uint64_t frame_ = 0;
+  bool asleep_ = false;
 };
 
 }  // namespace torsio::emulator::usbip

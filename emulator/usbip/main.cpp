@@ -17,6 +17,8 @@
 #include <iostream>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "emulator/usbip/hands.hpp"
@@ -221,6 +223,13 @@ class Program {
 
  private:
   void follow(std::string_view line) {
+    static constexpr std::pair<std::string_view, void (HostController::*)()> kOfTheBus[] = {
+        {"suspend", &HostController::suspend},
+        {"reset", &HostController::reset},
+        {"resume", &HostController::resume}};
+    for (const auto& [word, call] : kOfTheBus) {
+      if (line == word) return (knob_.host().*call)();
+    }
     if (line == "unplug") {
       knob_.exported().available = false;
       server_.disconnect();
