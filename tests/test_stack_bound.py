@@ -103,3 +103,8 @@ def test_labels_inside_a_function_belong_to_it() -> None:
     assert set(functions) == {"root", "leaf"}
     assert functions["root"].calls == {"leaf"}
     assert functions["leaf"].frame_bytes == LEAF + LARGE
+
+
+def test_a_call_is_found_by_its_address_whatever_symbol_objdump_names() -> None:
+    functions = read_listing(LISTING.replace("bl\t20000020 <leaf>", "bl\t20000020 <__BEGIN__>"))
+    assert functions["root"].calls == {"leaf", "large"}

@@ -29,11 +29,13 @@ INDIRECT: dict[str, tuple[str, ...]] = {
     # An interface of the device's, behind the class driver.
     r".*(15control_request|8poll_hid).*": (
         r".*11get_feature.*",
+        r".*9get_input.*",
         r".*11set_feature.*",
         r".*7receive.*",
         r".*10next_input.*",
+        r".*13takes_outputs.*",
     ),
-    r".*13transfer_done.*": (r".*11input_taken.*",),
+    r".*(13transfer_done|N_15reset).*": (r".*10input_over.*",),
     # TinyUSB calls the functions of its class driver, and what is to come after a control transfer.
     r"tud_task_ext|tud_rhport_init|configuration_reset|usbd_control_xfer_cb": (
         r".*torsio3usb12_GLOBAL__N_1.*",
@@ -115,15 +117,17 @@ def read_listing(listing: str, labels: frozenset[str] = frozenset()) -> dict[str
     """
     functions: dict[str, Function] = {}
     owners: dict[str, str] = {}
+    starts: dict[str, str] = {}  # functions by their address
     words: dict[int, int] = {}
     loaded: dict[str, int] = {}  # where a register's constant stands
     name = ""
     for line in listing.splitlines():
-        if match := re.match(r"[0-9a-f]+ <(.+)>:$", line):
-            if match.group(1) in labels:
-                owners[match.group(1)] = name
+        if match := re.match(r"([0-9a-f]+) <(.+)>:$", line):
+            if match.group(2) in labels:
+                owners[match.group(2)] = name
                 continue
-            name = match.group(1)
+            name = match.group(2)
+            starts[match.group(1).lstrip("0")] = name
             functions.setdefault(name, Function())
             if veneer := re.fullmatch(r"__(.+)_veneer", name):
                 functions[name].calls.add(veneer.group(1))
@@ -142,9 +146,11 @@ def read_listing(listing: str, labels: frozenset[str] = frozenset()) -> dict[str
         if operation == "add" and (large := re.fullmatch(r"sp, (r\d+)", operands)):
             function.constants.append(loaded.get(large.group(1), 0))
             continue
-        if target := re.search(r"<([^+>]+)(?:\+0x[0-9a-f]+)?>$", operands):
-            if operation.startswith("b") and target.group(1) != name:
-                function.calls.add(target.group(1))
+        if target := re.search(r"(\w+) <([^+>]+)(?:\+0x[0-9a-f]+)?>$", operands):
+            if operation.startswith("b") and target.group(2) != name:
+                function.calls.add(target.group(2))
+                # objdump may call a function by another symbol of the same address.
+                owners.setdefault(target.group(2), target.group(1))
             continue
         if operation in ("blx", "bx") and operands != "lr" and not name.endswith("_veneer"):
             function.is_indirect = True
@@ -154,7 +160,11 @@ def read_listing(listing: str, labels: frozenset[str] = frozenset()) -> dict[str
         else:
             function.frame_bytes += pushed
     for name, function in functions.items():
-        function.calls = {owners.get(callee, callee) for callee in function.calls} - {name}
+        owned = {callee: owners.get(callee, callee) for callee in function.calls}
+        function.calls = {
+            callee if callee in functions else starts.get(owner, owner)
+            for callee, owner in owned.items()
+        } - {name}
         for address in function.constants:
             if address not in words:
                 function.complaints.append(f"{name}: sp changed by an unknown amount")

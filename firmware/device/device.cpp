@@ -52,6 +52,17 @@ constexpr bool accepted_as(Direction direction) {
   return Layout<Report>::direction == direction && !read_only && direction != Direction::input;
 }
 
+/// Once for all who call it: inlined it would take several kB of a small board's RAM.
+template <class Report>
+[[gnu::noinline]] Verdict decode_apart(std::span<const std::uint8_t> bytes, Report& report) {
+  return protocol::decode(bytes, report);
+}
+
+[[gnu::noinline]] protocol::ReportBytes encode_answer(const Answer& answer) {
+  return answer.is_event ? protocol::encode(answer.event)
+                         : protocol::encode(answer.acknowledgement);
+}
+
 /// Calls `visit(report, verdict)` with the report that the bytes hold, if the host may send it.
 /// @returns false for an unknown id
 template <class Visit>
@@ -62,7 +73,7 @@ bool decode_any(std::span<const std::uint8_t> bytes, Direction direction, Visit&
       if (known || bytes[0] != Layout<Report>::id || direction != Layout<Report>::direction) return;
       known = true;
       Report report{};
-      Verdict verdict = protocol::decode(bytes, report);
+      Verdict verdict = decode_apart(bytes, report);
       if (verdict.ok() && axis_of(report) != 0) {
         verdict = {Status::bad_axis, protocol::field_index<Report>("axis")};
       }
@@ -389,10 +400,26 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
   }
 }
 
+Status Device::get_input(std::uint8_t id, protocol::ReportBytes& report) const {
+  const Snapshot now = loop_.snapshot();
+  if (id == Layout<protocol::Telemetry>::id) {
+    report = protocol::encode(batch_.last());
+    return Status::ok;
+  }
+  Answer answer;
+  answer.is_event = id == Layout<protocol::Event>::id;
+  if (!answer.is_event && id != Layout<protocol::Acknowledgement>::id) {
+    return Status::unknown_report;
+  }
+  answer.acknowledgement = {0, 0, 0, kNoField, now.state, now.tick, now.owner};
+  answer.event = {protocol::EventKind::state_changed, now.state, now.faults, now.tick, now.owner};
+  report = encode_answer(answer);
+  return Status::ok;
+}
+
 bool Device::next_input(protocol::ReportBytes& report, bool early) {
   if (const Answer* answer = loop_.answers.front()) {
-    report = answer->is_event ? protocol::encode(answer->event)
-                              : protocol::encode(answer->acknowledgement);
+    report = encode_answer(*answer);
     loop_.answers.pop();
     return true;
   }

@@ -78,6 +78,9 @@ class Device {
   /// Answers a request for a feature report.
   /// @returns unknown_report: stall the request
   protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report);
+  /// The same for an input report: the newest samples, or the present state as acknowledgement or
+  /// event of nothing.
+  protocol::Status get_input(std::uint8_t id, protocol::ReportBytes& report) const;
 
   /// The next input report for the host; acknowledgements and events go before telemetry.
   /// @param early the host will not ask for a while: prompt telemetry stays, for newer samples

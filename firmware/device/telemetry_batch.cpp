@@ -53,6 +53,12 @@ bool TelemetryBatch::due(std::uint32_t period_ns) const {
   return prompt_ || count_ == protocol::samples_per_report || next_ns > kOldestNs;
 }
 
+protocol::Telemetry TelemetryBatch::last() const {
+  protocol::Telemetry report = report_;
+  if (count_ != 0) report.axis_samples = protocol::pack_axis_samples(0, count_);
+  return report;
+}
+
 protocol::Telemetry TelemetryBatch::take() {
   report_.axis_samples = protocol::pack_axis_samples(0, count_);
   count_ = 0;

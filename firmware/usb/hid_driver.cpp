@@ -24,6 +24,9 @@ constexpr std::uint8_t kGetReport = 0x01;
 constexpr std::uint8_t kGetIdle = 0x02;
 constexpr std::uint8_t kSetReport = 0x09;
 constexpr std::uint8_t kSetIdle = 0x0A;
+// Kinds of reports.
+constexpr std::uint8_t kInput = 0x01;
+constexpr std::uint8_t kOutput = 0x02;
 constexpr std::uint8_t kFeature = 0x03;
 
 struct Interface {
@@ -80,7 +83,9 @@ void init() {}
 bool deinit() { return true; }
 
 void reset(std::uint8_t) {
+  is_open = false;
   for (Interface& interface : interfaces) {
+    if (interface.endpoint_in != 0) interface.function->input_over(false);
     interface.endpoint_in = 0;
     interface.endpoint_out = 0;
     interface.holding = false;
@@ -104,11 +109,13 @@ std::uint16_t open(std::uint8_t port, const tusb_desc_interface_t* descriptor,
                            &interface.endpoint_out, &interface.endpoint_in)) {
     return 0;
   }
+  is_open = true;
   return size;  // poll_hid() makes the endpoint listen
 }
 
 bool get_descriptor(std::uint8_t port, const tusb_control_request_t& request, std::uint8_t number) {
   std::span<const std::uint8_t> bytes;
+  if (low_byte(request.wValue) != 0) return false;  // there is one of each
   if (high_byte(request.wValue) == kHidType) bytes = device::hid_descriptor(number, personality);
   if (high_byte(request.wValue) == kReportType) {
     bytes = device::usb_interfaces(personality)[number].report_descriptor;
@@ -126,14 +133,18 @@ bool get_status(std::uint8_t port, const tusb_control_request_t& request) {
 }
 
 bool get_report(std::uint8_t port, const tusb_control_request_t& request, Interface& interface) {
-  if (high_byte(request.wValue) != kFeature) return false;
-  const std::size_t size = interface.function->get_feature(low_byte(request.wValue), control);
+  const std::uint8_t id = low_byte(request.wValue);
+  std::size_t size = 0;
+  if (high_byte(request.wValue) == kFeature) size = interface.function->get_feature(id, control);
+  if (high_byte(request.wValue) == kInput) size = interface.function->get_input(id, control);
   return size != 0 &&
          tud_control_xfer(port, &request, control.data(), static_cast<std::uint16_t>(size));
 }
 
-bool announce_report(std::uint8_t port, const tusb_control_request_t& request) {
-  if (high_byte(request.wValue) != kFeature) return false;
+bool announce_report(std::uint8_t port, const tusb_control_request_t& request,
+                     const Interface& interface) {
+  const std::uint8_t kind = high_byte(request.wValue);
+  if (kind != kFeature && !(kind == kOutput && interface.function->takes_outputs())) return false;
   if (request.wLength == 0 || request.wLength > control.size()) return false;
   // The stack does not say how much came. A host that sends less than it announced leaves these
   // bytes where a report must be zero.
@@ -143,7 +154,10 @@ bool announce_report(std::uint8_t port, const tusb_control_request_t& request) {
 
 bool set_report(const tusb_control_request_t& request, Interface& interface) {
   if (control[0] != low_byte(request.wValue)) return false;
-  return interface.function->set_feature(std::span(control).first(request.wLength));
+  const std::span<const std::uint8_t> report = std::span(control).first(request.wLength);
+  if (high_byte(request.wValue) == kFeature) return interface.function->set_feature(report);
+  // One that waits for room stands before it.
+  return !interface.holding && interface.function->receive(report);
 }
 
 /// @returns false to stall
@@ -170,7 +184,7 @@ bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_r
     case kGetReport:
       return in && get_report(port, *request, interface);
     case kSetReport:
-      return !in && announce_report(port, *request);
+      return !in && announce_report(port, *request, interface);
     case kGetIdle:
       control[0] = 0;
       return in && tud_control_xfer(port, request, control.data(), 1);
@@ -190,7 +204,7 @@ bool transfer_done(std::uint8_t, std::uint8_t endpoint, xfer_result_t result, st
       return true;
     }
     if (endpoint == interface.endpoint_in && endpoint != 0) {
-      interface.function->input_taken();
+      interface.function->input_over(true);
       return true;
     }
   }
@@ -201,6 +215,8 @@ constexpr usbd_class_driver_t kDriver{"torsio HID",    init,          deinit, re
                                       control_request, transfer_done, nullptr};
 
 }  // namespace
+
+bool is_open = false;
 
 void set_hid_function(std::uint8_t interface, HidFunction& function) {
   interfaces[interface].function = &function;

@@ -12,6 +12,9 @@
 
 namespace torsio::usb {
 
+/// Whether a host has configured the device, so that the endpoints are open.
+extern bool is_open;
+
 /// Says what stands behind an interface. Before the stack starts.
 void set_hid_function(std::uint8_t interface, HidFunction& function);
 

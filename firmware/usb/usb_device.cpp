@@ -11,6 +11,7 @@ namespace torsio::usb {
 namespace {
 
 device::Personality personality = device::Personality::game_controller;
+device::Device* the_device = nullptr;
 
 constexpr std::uint32_t kFrameNs = 1'000'000;
 
@@ -35,6 +36,17 @@ std::size_t ControlFunction::get_feature(std::uint8_t id, std::span<std::uint8_t
   return bytes.size();
 }
 
+std::size_t ControlFunction::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
+  protocol::ReportBytes bytes;
+  if (device_.get_input(id, bytes) != protocol::Status::ok) return 0;
+  std::copy(bytes.begin(), bytes.end(), report.begin());
+  return bytes.size();
+}
+
+void ControlFunction::input_over(bool taken) {
+  if (taken) taken_at_tick_ = device_.ticks();
+}
+
 bool ControlFunction::set_feature(std::span<const std::uint8_t> report) {
   return device_.set_feature(report).ok();
 }
@@ -55,6 +67,10 @@ std::size_t GameFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> r
   return engine_.get_feature(id, report);
 }
 
+std::size_t GameFunction::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
+  return engine_.get_input(id, report);
+}
+
 bool GameFunction::set_feature(std::span<const std::uint8_t> report) {
   return engine_.set_feature(report);
 }
@@ -71,6 +87,12 @@ std::size_t GameFunction::next_input(std::span<std::uint8_t> report) {
 std::size_t DialFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
   return dial_.get_feature(id, report);
 }
+
+std::size_t DialFunction::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
+  return dial_.get_input(id, report);
+}
+
+void DialFunction::input_over(bool taken) { dial_.input_over(taken); }
 
 bool DialFunction::set_feature(std::span<const std::uint8_t> report) {
   return dial_.set_feature(report);
@@ -98,13 +120,13 @@ UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
     set_hid_function(device::kGameInterface, game_);
   }
   device_.set_connected(false);
+  the_device = &device;
   const tusb_rhport_init_t init{TUSB_ROLE_DEVICE, TUSB_SPEED_FULL};
   (void)tusb_init(0, &init);
 }
 
 void UsbDevice::poll() {
   tud_task();
-  if (!tud_mounted()) device_.dial().reset();
   // Only what has changed: each call makes the next tick decide anew.
   if (const bool connected = has_host(); connected != connected_) {
     connected_ = connected;
@@ -121,12 +143,17 @@ bool UsbDevice::has_host() const {
 
 }  // namespace torsio::usb
 
+// Called by the stack: the cable is out, or the host has taken the configuration away. A bus reset
+// is neither: it is how a host wakes a device whose drivers stay, and they ask for nothing again.
+extern "C" void tud_umount_cb() { torsio::usb::the_device->dial().begin_anew(); }
+
 // Asked by the stack.
 extern "C" const std::uint8_t* tud_descriptor_device_cb() {
   return torsio::usb::device_descriptor.data();
 }
 
-extern "C" const std::uint8_t* tud_descriptor_configuration_cb(std::uint8_t) {
+extern "C" const std::uint8_t* tud_descriptor_configuration_cb(std::uint8_t index) {
+  if (index != 0) return nullptr;
   return torsio::device::configuration_descriptor(torsio::usb::personality).data();
 }
 

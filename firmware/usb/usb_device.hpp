@@ -21,10 +21,11 @@ class ControlFunction final : public HidFunction {
   ControlFunction(device::Device& device, std::uint32_t control_period_ns);
 
   std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
   bool set_feature(std::span<const std::uint8_t> report) override;
   bool receive(std::span<const std::uint8_t> report) override;
   std::size_t next_input(std::span<std::uint8_t> report) override;
-  void input_taken() override { taken_at_tick_ = device_.ticks(); }
+  void input_over(bool taken) override;
 
  private:
   device::Device& device_;
@@ -38,6 +39,7 @@ class GameFunction final : public HidFunction {
   explicit GameFunction(device::game::PidEngine& engine) : engine_(engine) {}
 
   std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
   bool set_feature(std::span<const std::uint8_t> report) override;
   bool receive(std::span<const std::uint8_t> report) override;
   std::size_t next_input(std::span<std::uint8_t> report) override;
@@ -52,9 +54,12 @@ class DialFunction final : public HidFunction {
   explicit DialFunction(device::dial::Dial& dial) : dial_(dial) {}
 
   std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
   bool set_feature(std::span<const std::uint8_t> report) override;
+  bool takes_outputs() const override { return false; }
   bool receive(std::span<const std::uint8_t> report) override;
   std::size_t next_input(std::span<std::uint8_t> report) override;
+  void input_over(bool taken) override;
 
  private:
   device::dial::Dial& dial_;

@@ -96,7 +96,7 @@ def test_acknowledgement_says_why_a_report_was_refused(pico: EmulatedPico) -> No
     [
         (0xA1, 0x01, FEATURE << 8 | 0x7E, 0, 64),  # no such report
         (0xA1, 0x01, FEATURE << 8 | 0x10, 0, 64),  # an output report
-        (0xA1, 0x01, 0x0140, 0, 64),  # input reports come by themselves
+        (0xA1, 0x01, 0x0143, 0, 64),  # no such input report
         (0xA1, 0x01, FEATURE << 8 | 0x01, 1, 64),  # no such interface
         (0xA1, 0x03, 0, 0, 1),  # GET_PROTOCOL: no boot device
         (0x21, 0x0B, 0, 0, 0),  # SET_PROTOCOL

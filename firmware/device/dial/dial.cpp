@@ -1,5 +1,7 @@
 #include "device/dial/dial.hpp"
 
+#include <algorithm>
+
 #include "core/math.hpp"
 #include "device/dial/report_descriptor.hpp"
 
@@ -11,9 +13,26 @@ using protocol::DialUse;
 // More than the flicker of an encoder that stands between two counts.
 constexpr std::int64_t kTurnedCounts = 2;
 // A dial that nobody turns for so long lets go of the actuator.
-constexpr float kRestS = 1.0F;
+constexpr std::uint32_t kRestNs = 1'000'000'000;
 // 1 of so many shares of a pitch, on either side of a notch, belongs to the notch.
 constexpr std::int64_t kNotchShare = 8;
+// A host that listens takes a report in the next frame or two. One that takes it later has just
+// begun, and Linux throws away what comes in the 50 ms after that.
+constexpr std::uint32_t kPromptNs = 30'000'000;
+constexpr std::uint32_t kDeafNs = 60'000'000;
+// So long a host that has taken a report is sure to listen still.
+constexpr std::uint32_t kListenNs = 100'000'000;
+// What of its state the host may not know.
+constexpr std::uint8_t kButtons = 1;
+constexpr std::uint8_t kKeys = 2;
+constexpr std::uint8_t kBoth = kButtons | kKeys;
+
+/// The nearest multiple of a detent; of two the larger.
+[[gnu::noinline]] std::int64_t whole_detents(std::int64_t units) {
+  const std::int64_t shifted = units + kUnits / 2;
+  const std::int64_t part = shifted % kUnits;
+  return shifted - (part < 0 ? part + kUnits : part);
+}
 
 std::int64_t clamp(std::int64_t value, std::int64_t limit) {
   return value > limit ? limit : value < -limit ? -limit : value;
@@ -45,24 +64,40 @@ std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
 }
 
 Dial::Dial(const Config& config, std::uint32_t period_ns) {
-  rest_ticks_ = core::round_to_u32(kRestS * 1e9F / static_cast<float>(period_ns));
+  rest_ticks_ = kRestNs / period_ns;
+  prompt_ticks_ = kPromptNs / period_ns;
+  listen_ticks_ = kListenNs / period_ns;
+  deaf_ticks_ = kDeafNs / period_ns;
   configure(config);
 }
 
 void Dial::configure(const Config& config) {
-  use_ = config.game.dial_use;
+  next_use_ = config.game.dial_use;
   counts_per_rev_ = config.actuator.counts_per_rev;
   detents_ = config.game.dial_detents;
   felt_ = config.game.dial_torque_nm > 0.0F;
-  told_units_ = here();
+  skip();
 }
 
 std::int64_t Dial::here() const { return units(now_.position_counts, counts_per_rev_, detents_); }
 
+/// The host never hears of the whole detents up to here.
+void Dial::skip() {
+  const std::int64_t place = here();
+  told_units_ += whole_detents(place - told_units_);
+  debt_ = told_units_ == place ? Debt::none : place % kUnits == 0 ? Debt::fresh : Debt::due;
+}
+
 void Dial::settle() {
-  told_units_ = here();
-  buttons_told_ = 0;
-  keys_told_ = 0;
+  skip();
+  state_due_ = kBoth;
+  listener_ = Listener::unknown;
+}
+
+void Dial::begin_anew() {
+  fine_ = 0;
+  told_units_ = whole_detents(told_units_);
+  settle();
 }
 
 Wish Dial::service(const Moment& now) {
@@ -70,7 +105,7 @@ Wish Dial::service(const Moment& now) {
   now_ = now;
   if (moved_origin) rested_counts_ = now.position_counts;
   // What a program makes of the knob is not the desktop's.
-  if (moved_origin || now.owner == protocol::Owner::sdk) told_units_ = here();
+  if (moved_origin || now.owner == protocol::Owner::sdk) skip();
   const std::int64_t turned = now.position_counts - rested_counts_;
   if (turned >= kTurnedCounts || turned <= -kTurnedCounts) {
     rested_counts_ = now.position_counts;
@@ -93,35 +128,92 @@ std::size_t Dial::get_feature(std::uint8_t id, std::span<std::uint8_t> report) c
 bool Dial::set_feature(std::span<const std::uint8_t> report) {
   if (report.size() != kShortReportSize || report[0] != kResolutionReport) return false;
   if ((report[1] & ~(kWheelFine | kPanFine)) != 0) return false;
+  if ((fine_ & ~report[1]) != 0) told_units_ = whole_detents(told_units_);
   fine_ = report[1];
   return true;
 }
 
+std::size_t Dial::get_input(std::uint8_t id, std::span<std::uint8_t> report) const {
+  if (report.size() < kMouseReportSize) return 0;
+  if (id == kVolumeReport) {
+    report[0] = kVolumeReport;
+    report[1] = keys_told_;
+    return kShortReportSize;
+  }
+  if (id != kMouseReport) return 0;
+  std::fill_n(report.begin(), kMouseReportSize, std::uint8_t{0});
+  report[0] = kMouseReport;
+  report[1] = buttons_;
+  return kMouseReportSize;
+}
+
 std::size_t Dial::next_input(std::span<std::uint8_t> report) {
   if (report.size() < kMouseReportSize) return 0;
-  if (use_ == DialUse::volume || keys_told_ != 0) {
-    if (const std::size_t size = next_volume(report)) return size;
+  if (listener_ == Listener::late && now_.tick - over_tick_ < deaf_ticks_) return 0;
+  if (use_ != next_use_ && told_units_ % kUnits == 0) {
+    use_ = next_use_;
+    skip();
   }
-  return next_mouse(report);
+  std::size_t size = state_due_ != 0 ? tell_state(report) : 0;
+  if (size == 0 && (use_ == DialUse::volume || keys_told_ != 0)) size = next_volume(report);
+  if (size == 0) size = next_mouse(report);
+  if (size != 0) given_tick_ = now_.tick;
+  return size;
+}
+
+void Dial::input_over(bool taken) {
+  if (!taken) told_units_ -= given_units_;
+  const bool late = !taken || now_.tick - given_tick_ > prompt_ticks_;
+  given_units_ = 0;
+  if (late) state_due_ = kBoth;
+  listener_ = late ? Listener::late : Listener::prompt;
+  over_tick_ = now_.tick;
+}
+
+/// Turns are for a host that is sure to hear them: its sum would be wrong for good.
+bool Dial::listens() const {
+  return listener_ == Listener::prompt && now_.tick - over_tick_ <= listen_ticks_;
+}
+
+/// What is pressed, without any turn.
+std::size_t Dial::tell_state(std::span<std::uint8_t> report) {
+  if ((state_due_ & kKeys) != 0) {
+    state_due_ &= kButtons;
+    keys_told_ = 0;
+    return get_input(kVolumeReport, report);
+  }
+  state_due_ = 0;
+  buttons_told_ = buttons_;
+  return get_input(kMouseReport, report);
+}
+
+/// Whole steps; what is left over is told with the next ones.
+std::int64_t Dial::next_units(bool fine) {
+  // Each use has a sum of its own in the host, which is to stay full.
+  if (use_ != next_use_) return whole_detents(told_units_) - told_units_;
+  const std::int64_t place = here();
+  const std::int64_t away = place - told_units_;
+  if (!fine) return away / kUnits * kUnits;
+  // The part is paid in the next notch, but not before the knob is turned.
+  const bool in_notch = place % kUnits == 0;
+  if (debt_ == Debt::fresh && (!in_notch || whole_detents(away) != 0)) debt_ = Debt::due;
+  if (debt_ == Debt::due && in_notch) debt_ = Debt::none;
+  return debt_ == Debt::none ? away : 0;
 }
 
 std::size_t Dial::next_mouse(std::span<std::uint8_t> report) {
-  const std::uint8_t fine_bit = use_ == DialUse::pan ? kPanFine : kWheelFine;
-  const std::int64_t step_units = (fine_ & fine_bit) != 0 ? 1 : kUnits;
-  // Whole steps; what is left over is told with the next ones.
-  std::int64_t steps = clamp((here() - told_units_) / step_units, kMost);
-  if (use_ == DialUse::volume) steps = 0;
+  const bool fine = (fine_ & (use_ == DialUse::pan ? kPanFine : kWheelFine)) != 0;
+  const std::int64_t unit = fine ? 1 : kUnits;
+  const std::int64_t steps = use_ == DialUse::volume ? 0 : clamp(next_units(fine) / unit, kMost);
   if (steps == 0 && buttons_ == buttons_told_) return 0;
-  told_units_ += steps * step_units;
-  buttons_told_ = buttons_;
-  report[0] = kMouseReport;
-  report[1] = buttons_;
-  report[2] = 0;
-  report[3] = 0;
+  const std::size_t size = tell_state(report);
+  if (!listens()) return size;
+  given_units_ = static_cast<std::int32_t>(steps * unit);
+  told_units_ += given_units_;
   // A wheel's positive way is away from the user, which scrolls up.
   put(report, 4, use_ == DialUse::pan ? 0 : -steps);
   put(report, 6, use_ == DialUse::pan ? steps : 0);
-  return kMouseReportSize;
+  return size;
 }
 
 /// A key goes down for each detent, and up again.
@@ -130,13 +222,13 @@ std::size_t Dial::next_volume(std::span<std::uint8_t> report) {
   if (keys_told_ == 0) {
     const std::int64_t detents = (here() - told_units_) / kUnits;
     if (detents == 0) return 0;
+    if (!listens()) return tell_state(report);
     keys = detents > 0 ? kLouder : kQuieter;
-    told_units_ += detents > 0 ? kUnits : -kUnits;
+    given_units_ = detents > 0 ? kUnits : -kUnits;
+    told_units_ += given_units_;
   }
   keys_told_ = keys;
-  report[0] = kVolumeReport;
-  report[1] = keys;
-  return kShortReportSize;
+  return get_input(kVolumeReport, report);
 }
 
 }  // namespace torsio::device::dial

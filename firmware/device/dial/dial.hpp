@@ -44,9 +44,14 @@ class Dial {
   /// Takes a feature report.
   /// @returns false to stall the request; nothing has changed then
   bool set_feature(std::span<const std::uint8_t> report);
+  /// Writes an input report as it stands. A wheel tells changes, so it stands still.
+  /// @returns its size; 0 stalls the request
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) const;
   /// Writes the next input report.
   /// @returns its size; 0 if nothing is new
   std::size_t next_input(std::span<std::uint8_t> report);
+  /// The host has taken the last input report, or never will.
+  void input_over(bool taken);
 
   // The rest of the device.
 
@@ -54,27 +59,47 @@ class Dial {
   Wish service(const Moment& now);
   /// The configuration has changed.
   void configure(const Config& config);
-  /// The bus comes or goes: what has happened so far is told to nobody.
+  /// The bus comes or goes: turns so far are told to nobody, and the state is told anew.
   void settle();
-  /// A host begins anew: it has not asked for the fine resolution yet.
-  void reset() { fine_ = 0; }
+  /// A host begins that knows nothing: it has not asked for the fine resolution yet.
+  void begin_anew();
   /// Buttons that are pressed, bit 0 the first.
   void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
 
  private:
+  /// A part of a detent that the host has not heard of: of where the knob still is, or of before.
+  enum class Debt : std::uint8_t { none, fresh, due };
+  enum class Listener : std::uint8_t { unknown, prompt, late };
+
   std::int64_t here() const;
+  void skip();
+  bool listens() const;
+  std::int64_t next_units(bool fine);
+  std::size_t tell_state(std::span<std::uint8_t> report);
   std::size_t next_mouse(std::span<std::uint8_t> report);
   std::size_t next_volume(std::span<std::uint8_t> report);
 
   protocol::DialUse use_ = protocol::DialUse::wheel;
+  protocol::DialUse next_use_ = protocol::DialUse::wheel;
   std::uint32_t counts_per_rev_ = 1;
   std::uint32_t detents_ = 1;
   bool felt_ = false;  // it has notches
-  std::uint64_t rest_ticks_ = 1;
+  std::uint32_t rest_ticks_ = 1;
+  std::uint32_t prompt_ticks_ = 1;
+  std::uint32_t listen_ticks_ = 1;
+  std::uint32_t deaf_ticks_ = 1;
 
   Moment now_;
-  std::int64_t told_units_ = 0;  // where the host believes the knob to be
-  std::uint8_t fine_ = 0;        // bits of the resolution report
+  // Where the host believes the knob to be, but for whole detents that it never heard of: it sums
+  // up units, and counts a detent wherever 120 are full. So its sum must be full in the notches.
+  std::int64_t told_units_ = 0;
+  std::int32_t given_units_ = 0;  // of them, in the report that is on its way
+  Debt debt_ = Debt::none;
+  std::uint8_t state_due_ = 3;  // what the host may not know: buttons, keys
+  Listener listener_ = Listener::unknown;
+  std::uint64_t given_tick_ = 0;  // when the last report was given
+  std::uint64_t over_tick_ = 0;   // when it was taken
+  std::uint8_t fine_ = 0;         // bits of the resolution report
   std::uint8_t buttons_ = 0;
   std::uint8_t buttons_told_ = 0;
   std::uint8_t keys_told_ = 0;

@@ -40,7 +40,11 @@ class PidEngine {
   bool set_feature(std::span<const std::uint8_t> report);
   /// Takes an output report at once: there is no queue. One that cannot be read is ignored.
   void receive(std::span<const std::uint8_t> report);
-  /// Writes the next input report: the axis when it moved, then what effects have begun or ended.
+  /// Writes an input report as things are.
+  /// @returns its size; 0 stalls the request
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) const;
+  /// Writes the next input report: the axis when it moved and now and then, for whoever has just
+  /// begun to listen, then what effects have begun or ended.
   /// @returns its size; 0 if nothing is new
   std::size_t next_input(std::span<std::uint8_t> report);
 
@@ -121,10 +125,10 @@ class PidEngine {
 
   Joystick joystick_;
   bool joystick_sent_ = false;
+  std::uint64_t joystick_tick_ = 0;
   bool joystick_turn_ = false;
   std::uint8_t status_sent_ = 0;
   bool state_due_ = true;
-  std::uint64_t state_tick_ = 0;
   std::array<std::uint32_t, 2> playing_sent_{};
 };
 

@@ -10,7 +10,8 @@ namespace {
 
 // Blocks are all alike and kept in a table of their own, so the pool is simply counted in bytes.
 constexpr std::uint16_t kBlockBytes = 64;
-// State reports, while something plays, in the time after which nobody is there to fetch them.
+// Reports of the axis in the time after which nobody is there to fetch them. Linux throws away what
+// comes in the 50 ms after a program has opened the device.
 constexpr std::uint64_t kHeartbeats = 5;
 
 }  // namespace
@@ -107,6 +108,17 @@ bool PidEngine::is_aside(std::size_t index) const {
   return (forces_.blocks_aside(index / 32) >> (index % 32) & 1U) != 0;
 }
 
+std::size_t PidEngine::get_input(std::uint8_t id, std::span<std::uint8_t> report) const {
+  if (report.size() < kLongestReport) return 0;
+  if (id == PidLayout<Joystick>::id) return encode(Joystick{axis(), buttons_}, report);
+  if (id != PidLayout<PidState>::id) return 0;
+  PidState state{status(), 0, 1};
+  for (std::uint8_t block = kBlocks; block > 0; --block) {
+    if (plays(block - 1U)) state = {state.status, 1, block};
+  }
+  return encode(state, report);
+}
+
 std::size_t PidEngine::next_input(std::span<std::uint8_t> report) {
   if (report.size() < kLongestReport) return 0;
   asked_ = true;
@@ -121,9 +133,11 @@ std::size_t PidEngine::next_input(std::span<std::uint8_t> report) {
 
 std::size_t PidEngine::next_joystick(std::span<std::uint8_t> report) {
   const Joystick joystick{axis(), buttons_};
-  if (joystick_sent_ && joystick == joystick_) return 0;
+  const bool heartbeat = now_.tick - joystick_tick_ >= scale_.abandoned_ticks / kHeartbeats;
+  if (joystick_sent_ && joystick == joystick_ && !heartbeat) return 0;
   joystick_ = joystick;
   joystick_sent_ = true;
+  joystick_tick_ = now_.tick;
   return encode(joystick_, report);
 }
 
@@ -140,16 +154,13 @@ std::size_t PidEngine::next_state(std::span<std::uint8_t> report) {
     state.block = static_cast<std::uint8_t>(32 * word + std::countr_zero(bit) + 1);
     return send(state, report);
   }
-  const bool heartbeat =
-      holds_any() && now_.tick - state_tick_ >= scale_.abandoned_ticks / kHeartbeats;
-  if (state.status == status_sent_ && !state_due_ && !heartbeat) return 0;
+  if (state.status == status_sent_ && !state_due_) return 0;
   return send(state, report);
 }
 
 std::size_t PidEngine::send(const PidState& state, std::span<std::uint8_t> report) {
   status_sent_ = state.status;
   state_due_ = false;
-  state_tick_ = now_.tick;
   return encode(state, report);
 }
 

@@ -84,6 +84,14 @@ struct Function : torsio::usb_on_the_bench::HidFunction {
     report[0] = id;
     return 5;
   }
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override {
+    ++asked;
+    report[0] = id;
+    report[1] = report[2] = 0xEE;
+    return 3;
+  }
+  void input_over(bool taken) override { overs.push_back(taken); }
+  bool takes_outputs() const override { return has_outputs; }
   bool set_feature(std::span<const std::uint8_t> report) override {
     features.emplace_back(report.begin(), report.end());
     return true;
@@ -98,6 +106,8 @@ struct Function : torsio::usb_on_the_bench::HidFunction {
   }
 
   bool has_room = true;
+  bool has_outputs = true;
+  std::vector<bool> overs;
   int asked = 0;
   std::uint8_t inputs = 0;
   std::vector<Bytes> features;
@@ -249,12 +259,17 @@ TEST_CASE("driver opens no interface whose descriptor is cut off, and none that 
   CHECK(bench.driver->open(0, &other, 200) == 0);
 }
 
-TEST_CASE("driver gives and takes feature reports only, each in its direction") {
+TEST_CASE("driver gives input and feature reports, takes output and feature reports") {
   Bench bench;
-  for (const int kind : {0, 1, 2, 4}) {
+  for (const int kind : {0, 2, 4}) {
     CHECK_FALSE(bench.setup(0xA1, 0x01, static_cast<std::uint16_t>(kind << 8 | 5), 0, 64));
+  }
+  for (const int kind : {0, 1, 4}) {
     CHECK_FALSE(bench.setup(0x21, 0x09, static_cast<std::uint16_t>(kind << 8 | 5), 0, 64));
   }
+  bench.function.has_outputs = false;
+  CHECK_FALSE(bench.setup(0x21, 0x09, 0x0205, 0, 64));
+  CHECK_FALSE(bench.setup(0x81, 0x06, 0x2201, 0, 64));  // there is one of each
   CHECK_FALSE(bench.setup(0x21, 0x01, 0x0305, 0, 64));  // GET_REPORT with data to the device
   CHECK_FALSE(bench.setup(0xA1, 0x09, 0x0305, 0, 64));  // SET_REPORT with data to the host
   CHECK_FALSE(bench.setup(0x21, 0x02, 0, 0, 1));        // GET_IDLE
@@ -268,6 +283,44 @@ TEST_CASE("driver gives and takes feature reports only, each in its direction") 
   CHECK(bench.setup(0xA1, 0x01, 0x0305, 0, 64));
   CHECK(bench.setup(0x81, 0x06, 0x2200, 0, 64));
   CHECK(stack.control.size() == 2);
+  CHECK(bench.setup(0xA1, 0x01, 0x0141, 0, 64));
+  CHECK(stack.control.back() == Bytes{0x41, 0xEE, 0xEE});
+  CHECK(bench.function.inputs == 0);
+}
+
+TEST_CASE("driver takes an output report as it was announced, if it has room and its turn") {
+  Bench bench;
+  const auto say = [&](std::uint16_t value) {
+    REQUIRE(bench.setup(0x21, 0x09, value, 0, 4));
+    stack.control_buffer[0] = 0x15;
+    return bench.request(CONTROL_STAGE_DATA, 0x21, 0x09, value, 0, 4);
+  };
+  CHECK(say(0x0215));
+  CHECK_FALSE(say(0x0216));
+  REQUIRE(bench.function.outputs.size() == 1);
+  CHECK(bench.function.outputs[0] == Bytes{0x15, 0xFF, 0xFF, 0xFF});
+  CHECK(bench.function.features.empty());
+  bench.function.has_room = false;
+  CHECK_FALSE(say(0x0215));
+  Bench::poll();
+  bench.over(0x01, 40);
+  Bench::poll();  // one waits
+  bench.function.has_room = true;
+  CHECK_FALSE(say(0x0215));
+  Bench::poll();
+  CHECK(say(0x0215));
+  CHECK(bench.function.outputs.size() == 3);
+}
+
+TEST_CASE("driver says what became of an input report") {
+  Bench bench;
+  Bench::poll();
+  CHECK(bench.function.overs.empty());
+  bench.over(0x81, 3);
+  CHECK(bench.function.overs == std::vector{true});
+  Bench::poll();
+  bench.reopen();
+  CHECK(bench.function.overs == std::vector{true, false});
 }
 
 TEST_CASE("driver answers a request once, and with nothing of what was asked before") {

@@ -99,6 +99,13 @@ class Axis(NamedTuple):
     resolution: int
 
 
+def pressed(file: int) -> set[int]:
+    """Return the buttons of an event device that the kernel holds for pressed, EVIOCGKEY."""
+    answer = bytearray(96)
+    fcntl.ioctl(file, 0x80604518, answer)
+    return {n for n in range(8 * len(answer)) if answer[n // 8] >> n % 8 & 1}
+
+
 class Gamepad:
     """An event device that is open."""
 
@@ -118,6 +125,10 @@ class Gamepad:
         answer = bytearray(128)
         fcntl.ioctl(self.file, 0x80804520 + event, answer)
         return {n for n in range(8 * len(answer)) if answer[n // 8] >> n % 8 & 1}
+
+    def pressed(self) -> set[int]:
+        """Return the buttons that the kernel holds for pressed, EVIOCGKEY."""
+        return pressed(self.file)
 
     def effects(self) -> int:
         """Return how many effects it can hold, EVIOCGEFFECTS."""

@@ -21,6 +21,8 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
+from tests.vm.guest.gamepad import pressed
+from tests.vm.guest.test_reset import reset_port
 from tests.vm.guest.torque_log import let_pass, turn
 from tests.vm.guest.udev import ENVIRONMENT, run
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
@@ -165,6 +167,76 @@ def test_detents_are_felt_where_the_units_are(bus: VirtualBus, tmp_path: Path) -
     # A tick and the motor's lag behind, at a turn in 24 s.
     assert np.max(np.abs(torque[moving] - expected)) < 0.03 * TORQUE_NM
     assert time_ns[-1] > 0
+
+
+def to_and_fro(knob: VirtualKnob, folder: Path, events: Events, begin: float) -> tuple[int, int]:
+    """Turn one detent on and back again four times, and return the detents each way."""
+    turn_detents(knob, folder, [(0.1, np.floor(begin) + 1)], begin=begin)
+    events.sums()
+    at, up, down = np.floor(begin) + 1, 0, 0
+    for _ in range(4):
+        turn_detents(knob, folder, [(0.1, at + 1)], begin=at)
+        down -= events.sums()[EV_REL, REL_WHEEL]
+        turn_detents(knob, folder, [(0.1, at)], begin=at + 1)
+        up += events.sums()[EV_REL, REL_WHEEL]
+    return down, up
+
+
+def test_single_detents_are_heard_wherever_a_program_has_left_the_knob(
+    bus: VirtualBus, tmp_path: Path
+) -> None:
+    knob = plug_dial(bus, tmp_path, **{"dial-torque-nm": "0"})
+    events = Events(knob)
+    at = 0.0
+    for place in (0.25, 3.4, 6.5, 9.7):
+        with torsio.open(knob.serial) as opened:
+            opened.arm()
+            turn(knob, tmp_path, [(0.0, at * PITCH_RAD), (0.2, place * PITCH_RAD)])
+            let_pass(knob, 0.3)
+        let_pass(knob, 0.2)
+        assert to_and_fro(knob, tmp_path, events, place) == (4, 4)
+        at = np.floor(place) + 1
+    events.close()
+
+
+def test_sleep_and_port_reset_change_neither_resolution_nor_buttons(
+    bus: VirtualBus, tmp_path: Path
+) -> None:
+    knob = plug_dial(bus, tmp_path)
+    events = Events(knob)
+    mouse = events.files[events.paths.index(events.mouse())]
+    knob.say("buttons 1")
+    wait_for("the button", lambda: BTN_LEFT in pressed(mouse))
+    knob.say("suspend")
+    knob.say("buttons 0")
+    let_pass(knob, 0.1)
+    knob.say("resume")
+    wait_for("the button to be let go", lambda: BTN_LEFT not in pressed(mouse))
+    # As on a resume that resets the port: the kernel configures the device, and asks for no more.
+    knob.say("reset")
+    reset_port(knob)
+    knob.say("resume")
+    let_pass(knob, 0.2)
+    events.sums()
+    turn_detents(knob, tmp_path, [(0.3, 3.0)])
+    assert events.sums()[EV_REL, REL_WHEEL_HI_RES] == -360
+    events.close()
+
+
+def test_a_program_that_comes_late_sees_what_is_pressed(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path)
+    knob.say("buttons 1")
+    let_pass(knob, 0.5)  # nobody has the device open
+    events = Events(knob)
+    mouse = events.files[events.paths.index(events.mouse())]
+    wait_for("the button", lambda: BTN_LEFT in pressed(mouse))
+    events.close()
+    knob.say("buttons 0")
+    let_pass(knob, 0.5)
+    events = Events(knob)
+    mouse = events.files[events.paths.index(events.mouse())]
+    wait_for("the button to be let go", lambda: BTN_LEFT not in pressed(mouse))
+    events.close()
 
 
 @pytest.mark.kernel("6.12")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import random
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import torsio
 from tests.vm.guest import gamepad
 from tests.vm.guest.effect_forms import cases, length_error_s, residual
 from tests.vm.guest.gamepad import Effect, Envelope, Gamepad
@@ -52,6 +55,43 @@ def test_driver_takes_all_that_is_advertised(knob: VirtualKnob) -> None:
     # The free block goes over another endpoint than the new one: it may come late.
     assert wait_for("the block to be free", upload_again) == [numbers[7]]
     pad.close()
+
+
+def test_a_program_that_comes_late_learns_axis_and_buttons(bus: VirtualBus, tmp_path: Path) -> None:
+    knob, _ = plug(bus, tmp_path)
+    # By half of half the range, with a button held, while nobody has the device open.
+    turn(knob, tmp_path, [(0.0, 0.0), (0.2, np.radians(225))])
+    knob.say("buttons 1")
+    let_pass(knob, 0.5)
+    pad = Gamepad(knob)
+    wait_for("the axis", lambda: abs(pad.axis().value - 16383) < 300)
+    wait_for("the button", lambda: 0x120 in pad.pressed())
+    pad.close()
+    knob.say("buttons 0")  # between two programs
+    let_pass(knob, 0.5)
+    later = Gamepad(knob)
+    wait_for("the button to be let go", lambda: 0x120 not in later.pressed())
+    later.close()
+
+
+def test_reports_go_over_the_control_pipe_too(bus: VirtualBus, tmp_path: Path) -> None:
+    """hidapi's hid_get_input_report and hid_send_output_report; Linux has them in hidraw."""
+    knob, _ = plug(bus, tmp_path)
+    knob.say("buttons 2")
+    let_pass(knob, 0.2)
+    folder = knob.sysfs / f"{knob.bus_id}:1.1"
+    (found,) = wait_for("a hidraw device", lambda: list(folder.glob("*/hidraw/hidraw*")))
+    file = os.open(Path("/dev") / found.name, os.O_RDWR)
+    state = bytearray([1, 0, 0, 0])
+    assert fcntl.ioctl(file, 0xC004480A, state) == 4  # HIDIOCGINPUT of 4 bytes
+    assert state == bytes([1, 0, 0, 2])
+    create = bytearray([0x21, 1, 0, 0])
+    fcntl.ioctl(file, 0xC0044806, create)  # HIDIOCSFEATURE
+    for report in ([0x15, 1, 0, 0x20], [0x1A, 1, 1, 1]):
+        assert fcntl.ioctl(file, 0xC004480B, bytearray(report)) == 4  # HIDIOCSOUTPUT
+    with torsio.open(knob.serial) as opened:
+        wait_for("the game", lambda: opened.health().owner == "game")
+    os.close(file)
 
 
 # What depends on time only -------------------------------------------------------------------

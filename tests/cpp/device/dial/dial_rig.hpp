@@ -2,6 +2,7 @@
 /// A device that started as a dial, with a hand on it and a host that reads what it sends.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -33,15 +34,23 @@ class DialRig : public Rig {
     int quieter = 0;
     std::uint8_t buttons = 0;
     int reports = 0;
+    int news = 0;   // reports that say something
+    int ups = 0;    // REL_WHEEL or REL_HWHEEL of Linux, to larger angles
+    int downs = 0;  // and to smaller ones
   };
 
   explicit DialRig(const DialOptions& options = {}) : Rig({}, stored(options)) {
     device->set_connected(true);
     tick(3);
+    listen(3);
+    heard = {};
   }
 
   /// What Linux and Windows ask for when they find a wheel that can do it.
-  void ask_for_fine() { REQUIRE(device->dial().set_feature(std::array<std::uint8_t, 2>{3, 0x05})); }
+  void ask_for_fine() {
+    REQUIRE(device->dial().set_feature(std::array<std::uint8_t, 2>{3, 0x05}));
+    unit_ = 1;
+  }
 
   /// One report in each tick, as on the bus.
   void listen(int ticks = 1) {
@@ -50,14 +59,21 @@ class DialRig : public Rig {
       std::array<std::uint8_t, 64> report{};
       const std::size_t size = device->dial().next_input(report);
       if (size == 0) continue;
+      device->dial().input_over(true);
       ++heard.reports;
       if (report[0] == 1) {
         REQUIRE(size == 8);
         CHECK(report[2] == 0);
         CHECK(report[3] == 0);
+        if (report[1] != heard.buttons || i16(report, 4) != 0 || i16(report, 6) != 0) ++heard.news;
         heard.buttons = report[1];
         heard.wheel += i16(report, 4);
         heard.pan += i16(report, 6);
+        // As drivers/hid/hid-input.c of Linux has it, hidinput_handle_scroll().
+        sum_ += unit_ * (i16(report, 6) - i16(report, 4));
+        heard.ups += std::max(sum_ / 120, 0);
+        heard.downs += std::max(-sum_ / 120, 0);
+        sum_ -= sum_ / 120 * 120;
       } else {
         REQUIRE(report[0] == 2);
         REQUIRE(size == 2);
@@ -69,6 +85,9 @@ class DialRig : public Rig {
       }
     }
   }
+
+  /// Where the encoder has come to by other ways.
+  void put_at(std::int64_t counts) { at_ = counts; }
 
   /// Turns the knob to a place, by so many counts a tick.
   void turn_to(std::int64_t counts, int counts_a_tick) {
@@ -102,12 +121,14 @@ class DialRig : public Rig {
     slots.slot.at(write.slot) = write.bytes;
     return slots;
   }
-  static long i16(const std::array<std::uint8_t, 64>& bytes, std::size_t at) {
+  static int i16(const std::array<std::uint8_t, 64>& bytes, std::size_t at) {
     return static_cast<std::int16_t>(bytes.at(at) | (bytes.at(at + 1) << 8));
   }
 
   std::int64_t at_ = 0;
   std::uint8_t keys_ = 0;
+  int unit_ = 120;
+  int sum_ = 0;
 };
 
 }  // namespace torsio::test

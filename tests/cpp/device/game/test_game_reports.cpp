@@ -80,6 +80,47 @@ TEST_CASE("feature reports that do not exist are stalled") {
   CHECK_FALSE(rig.device->game().set_feature({}));
 }
 
+TEST_CASE("axis and buttons are told again ten times a second, for who has just begun to listen") {
+  GameRig rig;
+  rig.inputs.encoder_count += 1000;
+  rig.device->set_buttons(2);
+  rig.tick(5);
+  const Inputs first(*rig.device);
+  REQUIRE(first.x.size() == 1);
+  std::size_t told = 0;
+  for (int i = 0; i < 1000; ++i) {
+    rig.tick();
+    const Inputs again(*rig.device);
+    told += again.x.size();
+    CHECK((again.x.empty() || again.x == first.x));
+    CHECK(again.states.empty());
+  }
+  CHECK(told == 10);
+}
+
+TEST_CASE("a request gets axis, buttons and what plays, and takes nothing away") {
+  GameRig rig;
+  rig.inputs.encoder_count += 100;
+  rig.device->set_buttons(1);
+  const int block = rig.create(kConstant);
+  REQUIRE(rig.create(kSine) == block + 1);
+  rig.start(block + 1);
+  rig.tick(3);
+  std::array<std::uint8_t, 64> r{};
+  REQUIRE(rig.device->game().get_input(1, r) == 4);
+  CHECK(static_cast<std::int16_t>(r[1] | (r[2] << 8)) ==
+        std::lround(100.0 / 8192 * 360 / 450 * 32767));
+  CHECK(r[3] == 1);
+  REQUIRE(rig.device->game().get_input(2, r) == 4);
+  CHECK(std::vector(r.begin(), r.begin() + 4) ==
+        std::vector<std::uint8_t>{2, 14, 1, static_cast<std::uint8_t>(block + 1)});
+  CHECK(rig.device->game().get_input(3, r) == 0);
+  CHECK(rig.device->game().get_input(1, std::span(r).first(3)) == 0);
+  const Inputs told(*rig.device);
+  CHECK(told.x.size() == 1);
+  CHECK(std::ranges::count(told.states, std::array{14, 1, block + 1}) == 1);
+}
+
 TEST_CASE("all forty effects sound together") {
   GameRig rig;
   for (int i = 0; i < 40; ++i) rig.play_constant(500);
