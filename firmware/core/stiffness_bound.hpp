@@ -133,7 +133,8 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   state.gone_counts = state.flicker_counts = state.swing_counts;
   const bool by_hand = lasted_ticks > state.params.buzz_ticks;
   if (by_hand) begin_touch(state);
-  if (by_hand || width * 8 < state.widest_counts * 7) {
+  // A swing may look a count wider or narrower than it is.
+  if (by_hand || (width + 1) * 8 < state.widest_counts * 7) {
     state.swings = 0;
     state.widest_counts = width;
     return;

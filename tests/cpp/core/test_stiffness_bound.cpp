@@ -128,6 +128,15 @@ TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the 
   CHECK(bench.step(1.0, -1) == Approx(0.01 / 64));
 }
 
+TEST_CASE("swings that look a count wider and narrower by turns do not get smaller") {
+  Bench bench;
+  for (int n = 0; n < 6; ++n) {
+    bench.swing(4, 1);
+    bench.swing(3, -1);
+  }
+  CHECK(bench.state.share < 0.3F);
+}
+
 TEST_CASE("swings that get smaller, a hand's, and an encoder that flickers leave the bound alone") {
   Bench dying;
   int width = 30;
