@@ -196,7 +196,7 @@ TEST_CASE("a stalled configuration is Refused") {
   Knob knob = open(script);
   script->accepts_config = false;
   CHECK_THROWS_AS(knob.configure(ControlConfig{}), Refused);
-  CHECK_THROWS_AS((void)knob.actuator_config(), Error);
+  CHECK_THROWS_AS((void)knob.game_config(), Error);
 }
 
 TEST_CASE("a full queue to the device makes the sender wait for it to empty") {
