@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <tuple>
 
@@ -16,9 +17,11 @@ namespace torsio {
 /// brake is off. It ends when the knob is fast enough. Where that happens becomes angle 0, and when
 /// it happens time 0; the rows begin there.
 struct SpinUp {
-  double motor_command_nm = 0.0;  ///< positive or negative, not 0
-  double speed_rad_s = 0.0;       ///< to be reached in the direction of the torque; > 0
-  double longest_s = 10.0;        ///< giving up after; > 0
+  /// must be given; positive or negative, not 0
+  double motor_command_nm = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; to be reached in the direction of the torque; > 0
+  double speed_rad_s = std::numeric_limits<double>::quiet_NaN();
+  double longest_s = 10.0;  ///< giving up after; > 0
 };
 
 /// Where a plant begins, if not at rest at angle 0.

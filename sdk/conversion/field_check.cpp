@@ -29,14 +29,23 @@ float narrow(double value) {
   return static_cast<float>(value);
 }
 
+namespace {
+
+/// What is wrong with a number; one that nobody gave is NaN.
+std::string is_text(double value) {
+  return " is " + number_text(value) + (std::isnan(value) ? " (it must be given)" : "");
+}
+
+}  // namespace
+
 std::int64_t turns_q32(std::string_view name, double angle_rad) {
   constexpr double kMaxRad =
       static_cast<double>(protocol::max_turns_q32) / 0x1p32 * conversion::kTurnRad.value;
   // The comparison is also false for NaN.
   if (!(std::abs(angle_rad) <= kMaxRad)) {
     const std::string limit = number_text(kMaxRad);
-    throw InvalidArgument(std::string(name) + " is " + number_text(angle_rad) + ", allowed are -" +
-                          limit + " to " + limit + " rad");
+    throw InvalidArgument(std::string(name) + is_text(angle_rad) + ", allowed are -" + limit +
+                          " to " + limit + " rad");
   }
   return conversion::quotient_q32({angle_rad}, conversion::kTurnRad);
 }
@@ -53,8 +62,7 @@ std::int64_t whole_ns(std::string_view name, double seconds) {
 
 void refuse(const BadField& field) {
   std::string message(field.name);
-  message +=
-      field.is_number ? " is " + number_text(field.value) : " has a value that is not allowed";
+  message += field.is_number ? is_text(field.value) : " has a value that is not allowed";
   message += ", allowed are " + number_text(field.low) + " to " + number_text(field.high);
   if (!field.unit.empty()) message += " " + std::string(field.unit);
   throw InvalidArgument(message);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import threading
 from typing import Any
 
@@ -15,8 +16,9 @@ def test_defaults_are_those_of_cpp(lib: ctypes.CDLL) -> None:
     control = made(lib, "torsio_control_config")
     assert (control.beta, control.watchdog_s, control.autonomous) == (0.5, 0.25, False)
     texture = made(lib, "torsio_texture")
-    assert (texture.grain, texture.grains_per_turn) == (N["TORSIO_GRAIN_NOISE"], 1)
+    assert (texture.grain, texture.grains_per_turn) == (N["TORSIO_GRAIN_NOISE"], 0)
     constant = made(lib, "torsio_constant")
+    assert math.isnan(constant.torque_nm)  # must be given
     assert (constant.timing.attack_level, constant.timing.delay_s) == (1.0, 0.0)
     plant = made(lib, "torsio_plant_params")
     assert (plant.belt, plant.spring_and_brake) == (None, True)
@@ -31,12 +33,16 @@ def test_scene_of_all_effects_plays(
         "curve": {"torque_nm": address, "torque_nm_count": 3},
         "detents": {"per_turn": 24.0},
         "end_stops": {"lower_rad": -1.0, "upper_rad": 1.0},
+        "texture": {"grains_per_turn": 1},
     }
     names = [name for name in HEADER.functions if name.startswith("torsio_scene_add_")]
     assert len(names) == 13
     for name in names:
         kind = name.removeprefix("torsio_scene_add_")
         effect = made(lib, f"torsio_{kind}", **special.get(kind, {}))
+        for field, *_ in effect._fields_:
+            if isinstance(value := getattr(effect, field), float) and math.isnan(value):
+                setattr(effect, field, 0.0)
         if kind == "ramp":
             effect.timing.duration_s = 1.0
         good(lib, getattr(lib, name)(scene, ctypes.byref(effect)))

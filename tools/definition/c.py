@@ -126,7 +126,7 @@ def _member(field: Field, *, told: bool) -> str:
 
 
 def _note(field: Field) -> str:
-    note = host_note(field)
+    note = host_note(field, required=True)
     if field.kind == "choice" and field.of:
         return f"a torsio_{snake(field.of.name)}" + (f": {note}" if note else "")
     if field.kind == "texts":

@@ -261,17 +261,24 @@ def _host_default(field: Field) -> str:
     if field.kind == "choice":
         assert isinstance(field.of, Enumeration)
         return f"= {field.of.name}::{field.default}"
+    if is_required(field):
+        # None that any range allows.
+        return "= 0" if field.kind == "whole" else "= std::numeric_limits<double>::quiet_NaN()"
     default = field.default
-    if default is None:
-        default = 0 if field.kind != "whole" or field.low is None else value_of(field.low)
     if isinstance(default, Constant):
         default = default.value
-    return f"= {literal(default, field.host)}"
+    return f"= {literal(default, field.host)}"  # type: ignore[arg-type]
 
 
-def host_note(field: Field) -> str:
+def is_required(field: Field) -> bool:
+    """Whether a number has no default, so that users must give it."""
+    return field.default is None and field.kind in ("number", "angle", "whole")
+
+
+def host_note(field: Field, *, required: bool = False) -> str:
     """Say what a field is, its unit where the name has none, and its range."""
-    parts = [field.doc.replace("on: ", "true: ").replace("off: ", "false: "), _range_text(field)]
+    parts = ["must be given" if is_required(field) and required else ""]
+    parts += [field.doc.replace("on: ", "true: ").replace("off: ", "false: "), _range_text(field)]
     return "; ".join(part for part in parts if part)
 
 
@@ -280,7 +287,7 @@ def host_structure(of: Structure) -> str:
     out = comment(" ".join(part for part in (of.doc, of.notes) if part))
     out += f"struct {of.name} {{\n"
     for field in of.host_fields:
-        note = host_note(field)
+        note = host_note(field, required=True)
         default = "" if of.array_record else _host_default(field)
         line = f"{field.host} {field.name} {default};"
         if len(line) + len(note) > _LINE:

@@ -45,7 +45,7 @@ def sdk_scene() -> str:
         "Scenes: what the knob shall feel like. Torques are torques on the knob, positive along "
         "positive angle. Angles are measured from the device's zero. docs/protocol.md has the equation "
         "of each effect.",
-        ("<cstdint>", "<optional>", "<variant>", "<vector>"),
+        ("<cstdint>", "<limits>", "<optional>", "<variant>", "<vector>"),
         body,
     )
 
@@ -155,7 +155,15 @@ def emulator_plant() -> str:
     return _sdk_header(
         "What an emulated knob is made of, who holds it, what happens to it, and what only the simulation "
         "knows.",
-        ("<cstdint>", "<functional>", "<optional>", "<string_view>", "<variant>", "<vector>"),
+        (
+            "<cstdint>",
+            "<functional>",
+            "<limits>",
+            "<optional>",
+            "<string_view>",
+            "<variant>",
+            "<vector>",
+        ),
         body,
         PLANT_LISTS,
     )
@@ -194,7 +202,7 @@ def emulator_beginnings() -> str:
     body += "".join(map(cpp.field_list, plant.BEGINNINGS))
     return _sdk_header(
         "How a plant and a closed loop may begin, if not at rest.",
-        ("<cstdint>", "<string_view>", "<tuple>", "torsio/field.hpp"),
+        ("<cstdint>", "<limits>", "<string_view>", "<tuple>", "torsio/field.hpp"),
         body,
         PLANT_LISTS,
     )

@@ -221,7 +221,7 @@ def number(
     default: Bound | None = 0.0,
     required: bool = False,
 ) -> Field:
-    """Make a quantity in SI units. If it is `required` Python's users must give it; C++ has 0."""
+    """Make a quantity in SI units. A `required` one has no default: users must give it."""
     return Field(
         name, "number", doc, unit, low, high, None if required else default,
         wire="f32", host="double",
@@ -296,7 +296,7 @@ def on_wire(field: Field) -> Field:
 
 
 def required(field: Field) -> Field:
-    """Have Python's users give it."""
+    """Have users give it."""
     return replace(field, default=None)
 
 

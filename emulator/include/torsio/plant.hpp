@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <variant>
@@ -39,8 +40,9 @@ struct TorqueHand {
 /// A hand that holds the knob and means to move it along a path: `torque = stiffness (intended -
 /// angle) + damping (intended' - speed)`, with the hand's own inertia fixed to the knob.
 struct ImpedanceHand {
-  double inertia_kg_m2 = 0.0;              ///< of the hand; 0 to 10
-  double stiffness_nm_per_rad = 0.0;       ///< of the hand; 0 to 1e6
+  double inertia_kg_m2 = 0.0;  ///< of the hand; 0 to 10
+  /// must be given; of the hand; 0 to 1e6
+  double stiffness_nm_per_rad = std::numeric_limits<double>::quiet_NaN();
   double damping_nm_s_per_rad = 0.0;       ///< of the hand; 0 to 1000
   Profile intended_angle_rad{{0.0, 0.0}};  ///< without jumps
 };
@@ -106,7 +108,7 @@ struct Belt {
 
 /// Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.
 struct Cogging {
-  int periods_per_rev = 1;  ///< of the torque; 1 to 65535
+  int periods_per_rev = 0;  ///< must be given; of the torque; 1 to 65535
   /// 2 to 64 torques at equal distances over one period, from angle 0; straight lines between
   std::vector<double> torque_nm{};
 };

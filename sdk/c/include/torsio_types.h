@@ -245,7 +245,7 @@ typedef struct torsio_wall {
   double angle_rad;
   /// a torsio_side: on which side of the surface the wall is solid; at first above
   int32_t side;
-  /// torque per depth; 0 to 1e6
+  /// must be given; torque per depth; 0 to 1e6
   double stiffness_nm_per_rad;
   /// torque per inward speed; 0 to 1000
   double damping_nm_s_per_rad;
@@ -257,7 +257,7 @@ typedef struct torsio_spring {
   uint32_t struct_size;  ///< bytes of a torsio_spring
   /// rest angle
   double angle_rad;
-  /// torque per distance from the rest angle; 0 to 1e6
+  /// must be given; torque per distance from the rest angle; 0 to 1e6
   double stiffness_nm_per_rad;
   /// no torque within this distance of the rest angle; 0 to 1000
   double deadband_rad;
@@ -269,7 +269,7 @@ TORSIO_API torsio_result torsio_spring_init(torsio_spring* structure);
 /// Torque against the speed.
 typedef struct torsio_damper {
   uint32_t struct_size;  ///< bytes of a torsio_damper
-  /// torque per speed; 0 to 1000
+  /// must be given; torque per speed; 0 to 1000
   double damping_nm_s_per_rad;
   /// the torque does not grow beyond this; 0 to 100; at first 100
   double torque_limit_nm;
@@ -280,7 +280,7 @@ TORSIO_API torsio_result torsio_damper_init(torsio_damper* structure);
 /// reached.
 typedef struct torsio_friction {
   uint32_t struct_size;  ///< bytes of a torsio_friction
-  /// while sliding; 0 to 100
+  /// must be given; while sliding; 0 to 100
   double torque_nm;
   /// while sticking; 1e-6 to 1e6; at first 1
   double stiffness_nm_per_rad;
@@ -290,7 +290,7 @@ TORSIO_API torsio_result torsio_friction_init(torsio_friction* structure);
 /// Torque against the acceleration.
 typedef struct torsio_inertia {
   uint32_t struct_size;  ///< bytes of a torsio_inertia
-  /// torque per acceleration; 0 to 10
+  /// must be given; torque per acceleration; 0 to 10
   double inertia_kg_m2;
   /// the torque does not grow beyond this; 0 to 100; at first 100
   double torque_limit_nm;
@@ -300,7 +300,7 @@ TORSIO_API torsio_result torsio_inertia_init(torsio_inertia* structure);
 /// A constant torque.
 typedef struct torsio_constant {
   uint32_t struct_size;  ///< bytes of a torsio_constant
-  /// at full strength; -100 to 100
+  /// must be given; at full strength; -100 to 100
   double torque_nm;
   /// when it plays, and its envelope
   torsio_timing timing;
@@ -310,9 +310,9 @@ TORSIO_API torsio_result torsio_constant_init(torsio_constant* structure);
 /// A torque that goes from start to end over the duration in `timing`, which must not be 0.
 typedef struct torsio_ramp {
   uint32_t struct_size;  ///< bytes of a torsio_ramp
-  /// when the duration begins; -100 to 100
+  /// must be given; when the duration begins; -100 to 100
   double start_torque_nm;
-  /// when it ends; -100 to 100
+  /// must be given; when it ends; -100 to 100
   double end_torque_nm;
   /// when it plays, and its envelope
   torsio_timing timing;
@@ -324,11 +324,11 @@ typedef struct torsio_periodic {
   uint32_t struct_size;  ///< bytes of a torsio_periodic
   /// a torsio_waveform: starts at 0 and rises; the square starts high; at first sine
   int32_t waveform;
-  /// of the wave, from its middle; 0 to 100
+  /// must be given; of the wave, from its middle; 0 to 100
   double amplitude_nm;
   /// the wave's middle; -100 to 100
   double offset_nm;
-  /// at most half the control rate; 0 to 1e4
+  /// must be given; at most half the control rate; 0 to 1e4
   double frequency_hz;
   /// where in the period it starts; 0 to 1
   double phase_turns;
@@ -346,7 +346,7 @@ typedef struct torsio_detents {
   double per_turn;
   /// distance of two notches, > 0; 0: without
   double pitch_rad;
-  /// largest torque; 0 to 100
+  /// must be given; largest torque; 0 to 100
   double torque_nm;
   /// a torsio_detent_profile: torque from one notch to the next; at first sine
   int32_t profile;
@@ -358,11 +358,11 @@ TORSIO_API torsio_result torsio_detents_init(torsio_detents* structure);
 /// Two walls that bound the range between them.
 typedef struct torsio_end_stops {
   uint32_t struct_size;  ///< bytes of a torsio_end_stops
-  /// surface of the lower wall
+  /// must be given; surface of the lower wall
   double lower_rad;
-  /// surface of the upper one, not below the lower one
+  /// must be given; surface of the upper one, not below the lower one
   double upper_rad;
-  /// torque per depth, of either wall; 0 to 1e6
+  /// must be given; torque per depth, of either wall; 0 to 1e6
   double stiffness_nm_per_rad;
   /// torque per inward speed, of either wall; 0 to 1000
   double damping_nm_s_per_rad;
@@ -372,9 +372,9 @@ TORSIO_API torsio_result torsio_end_stops_init(torsio_end_stops* structure);
 /// A rough surface fixed to the knob, the same in every turn.
 typedef struct torsio_texture {
   uint32_t struct_size;  ///< bytes of a torsio_texture
-  /// at most half the encoder's counts; 1 to 65535
+  /// must be given; at most half the encoder's counts; 1 to 65535
   int32_t grains_per_turn;
-  /// of the highest grain; 0 to 100
+  /// must be given; of the highest grain; 0 to 100
   double torque_nm;
   /// a torsio_grain: shape of a grain; at first noise
   int32_t grain;
@@ -447,13 +447,13 @@ TORSIO_API torsio_result torsio_local_model_init(torsio_local_model* structure);
 /// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
 typedef struct torsio_excitation {
   uint32_t struct_size;  ///< bytes of a torsio_excitation
-  /// until it disarms, unless the next one comes first; 0.001 to 60
+  /// must be given; until it disarms, unless the next one comes first; 0.001 to 60
   double duration_s;
-  /// further from its first angle disarms; 0.001 to 1000
+  /// must be given; further from its first angle disarms; 0.001 to 1000
   double travel_rad;
-  /// faster disarms; 0.1 to 1e4
+  /// must be given; faster disarms; 0.1 to 1e4
   double speed_limit_rad_s;
-  /// largest torque of the motor; 0 to 100
+  /// must be given; largest torque of the motor; 0 to 100
   double torque_limit_nm;
   /// where the motor goes; -100 to 100
   double motor_command_nm;
@@ -742,7 +742,7 @@ typedef struct torsio_impedance_hand {
   uint32_t struct_size;  ///< bytes of a torsio_impedance_hand
   /// of the hand; 0 to 10
   double inertia_kg_m2;
-  /// of the hand; 0 to 1e6
+  /// must be given; of the hand; 0 to 1e6
   double stiffness_nm_per_rad;
   /// of the hand; 0 to 1000
   double damping_nm_s_per_rad;
@@ -794,7 +794,7 @@ TORSIO_API torsio_result torsio_belt_init(torsio_belt* structure);
 /// Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.
 typedef struct torsio_cogging {
   uint32_t struct_size;  ///< bytes of a torsio_cogging
-  /// of the torque; 1 to 65535
+  /// must be given; of the torque; 1 to 65535
   int32_t periods_per_rev;
   /// 2 to 64 torques at equal distances over one period, from angle 0; straight lines between
   const double* torque_nm;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -44,84 +45,99 @@ struct Timing {
 
 /// A virtual wall: inside it, stiffness times depth plus damping times inward speed, never a pull.
 struct Wall {
-  double angle_rad = 0.0;             ///< the wall's surface
-  Side side = Side::above;            ///< on which side of the surface the wall is solid
-  double stiffness_nm_per_rad = 0.0;  ///< torque per depth; 0 to 1e6
+  double angle_rad = 0.0;   ///< the wall's surface
+  Side side = Side::above;  ///< on which side of the surface the wall is solid
+  /// must be given; torque per depth; 0 to 1e6
+  double stiffness_nm_per_rad = std::numeric_limits<double>::quiet_NaN();
   double damping_nm_s_per_rad = 0.0;  ///< torque per inward speed; 0 to 1000
 };
 
 /// A spring to an angle, with an optional dead band.
 struct Spring {
-  double angle_rad = 0.0;             ///< rest angle
-  double stiffness_nm_per_rad = 0.0;  ///< torque per distance from the rest angle; 0 to 1e6
+  double angle_rad = 0.0;  ///< rest angle
+  /// must be given; torque per distance from the rest angle; 0 to 1e6
+  double stiffness_nm_per_rad = std::numeric_limits<double>::quiet_NaN();
   double deadband_rad = 0.0;       ///< no torque within this distance of the rest angle; 0 to 1000
   double torque_limit_nm = 100.0;  ///< the torque does not grow beyond this; 0 to 100
 };
 
 /// Torque against the speed.
 struct Damper {
-  double damping_nm_s_per_rad = 0.0;  ///< torque per speed; 0 to 1000
-  double torque_limit_nm = 100.0;     ///< the torque does not grow beyond this; 0 to 100
+  /// must be given; torque per speed; 0 to 1000
+  double damping_nm_s_per_rad = std::numeric_limits<double>::quiet_NaN();
+  double torque_limit_nm = 100.0;  ///< the torque does not grow beyond this; 0 to 100
 };
 
 /// Dry friction that sticks: a spring to an anchor that is dragged along once the torque is
 /// reached.
 struct Friction {
-  double torque_nm = 0.0;             ///< while sliding; 0 to 100
+  /// must be given; while sliding; 0 to 100
+  double torque_nm = std::numeric_limits<double>::quiet_NaN();
   double stiffness_nm_per_rad = 1.0;  ///< while sticking; 1e-6 to 1e6
 };
 
 /// Torque against the acceleration.
 struct Inertia {
-  double inertia_kg_m2 = 0.0;      ///< torque per acceleration; 0 to 10
+  /// must be given; torque per acceleration; 0 to 10
+  double inertia_kg_m2 = std::numeric_limits<double>::quiet_NaN();
   double torque_limit_nm = 100.0;  ///< the torque does not grow beyond this; 0 to 100
 };
 
 /// A constant torque.
 struct Constant {
-  double torque_nm = 0.0;  ///< at full strength; -100 to 100
-  Timing timing{};         ///< when it plays, and its envelope
+  /// must be given; at full strength; -100 to 100
+  double torque_nm = std::numeric_limits<double>::quiet_NaN();
+  Timing timing{};  ///< when it plays, and its envelope
 };
 
 /// A torque that goes from start to end over the duration in `timing`, which must not be 0.
 struct Ramp {
-  double start_torque_nm = 0.0;  ///< when the duration begins; -100 to 100
-  double end_torque_nm = 0.0;    ///< when it ends; -100 to 100
-  Timing timing{};               ///< when it plays, and its envelope
+  /// must be given; when the duration begins; -100 to 100
+  double start_torque_nm = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; when it ends; -100 to 100
+  double end_torque_nm = std::numeric_limits<double>::quiet_NaN();
+  Timing timing{};  ///< when it plays, and its envelope
 };
 
 /// A torque that repeats in time. The envelope acts on the amplitude, not on the offset.
 struct Periodic {
   Waveform waveform = Waveform::sine;  ///< starts at 0 and rises; the square starts high
-  double amplitude_nm = 0.0;           ///< of the wave, from its middle; 0 to 100
-  double offset_nm = 0.0;              ///< the wave's middle; -100 to 100
-  double frequency_hz = 0.0;           ///< at most half the control rate; 0 to 1e4
-  double phase_turns = 0.0;            ///< where in the period it starts; 0 to 1
-  Timing timing{};                     ///< when it plays, and its envelope
+  /// must be given; of the wave, from its middle; 0 to 100
+  double amplitude_nm = std::numeric_limits<double>::quiet_NaN();
+  double offset_nm = 0.0;  ///< the wave's middle; -100 to 100
+  /// must be given; at most half the control rate; 0 to 1e4
+  double frequency_hz = std::numeric_limits<double>::quiet_NaN();
+  double phase_turns = 0.0;  ///< where in the period it starts; 0 to 1
+  Timing timing{};           ///< when it plays, and its envelope
 };
 
 /// Notches at equal distances. Give exactly one of `per_turn` and `pitch_rad`.
 struct Detents {
-  double angle_rad = 0.0;                       ///< where one of the notches is
-  std::optional<double> per_turn{};             ///< notches in a turn, > 0; need not be whole
-  std::optional<double> pitch_rad{};            ///< distance of two notches, > 0
-  double torque_nm = 0.0;                       ///< largest torque; 0 to 100
+  double angle_rad = 0.0;             ///< where one of the notches is
+  std::optional<double> per_turn{};   ///< notches in a turn, > 0; need not be whole
+  std::optional<double> pitch_rad{};  ///< distance of two notches, > 0
+  /// must be given; largest torque; 0 to 100
+  double torque_nm = std::numeric_limits<double>::quiet_NaN();
   DetentProfile profile = DetentProfile::sine;  ///< torque from one notch to the next
   double width = 0.5;                           ///< share of the pitch; click only; 0.01 to 1
 };
 
 /// Two walls that bound the range between them.
 struct EndStops {
-  double lower_rad = 0.0;             ///< surface of the lower wall
-  double upper_rad = 0.0;             ///< surface of the upper one, not below the lower one
-  double stiffness_nm_per_rad = 0.0;  ///< torque per depth, of either wall; 0 to 1e6
+  /// must be given; surface of the lower wall
+  double lower_rad = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; surface of the upper one, not below the lower one
+  double upper_rad = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; torque per depth, of either wall; 0 to 1e6
+  double stiffness_nm_per_rad = std::numeric_limits<double>::quiet_NaN();
   double damping_nm_s_per_rad = 0.0;  ///< torque per inward speed, of either wall; 0 to 1000
 };
 
 /// A rough surface fixed to the knob, the same in every turn.
 struct Texture {
-  int grains_per_turn = 1;     ///< at most half the encoder's counts; 1 to 65535
-  double torque_nm = 0.0;      ///< of the highest grain; 0 to 100
+  int grains_per_turn = 0;  ///< must be given; at most half the encoder's counts; 1 to 65535
+  /// must be given; of the highest grain; 0 to 100
+  double torque_nm = std::numeric_limits<double>::quiet_NaN();
   Grain grain = Grain::noise;  ///< shape of a grain
   std::uint32_t seed = 0;      ///< another seed, another surface; noise only
 };
@@ -175,16 +191,20 @@ struct LocalModel {
 /// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
 /// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
 struct Excitation {
-  double duration_s = 0.0;  ///< until it disarms, unless the next one comes first; 0.001 to 60
-  double travel_rad = 0.0;  ///< further from its first angle disarms; 0.001 to 1000
-  double speed_limit_rad_s = 0.0;  ///< faster disarms; 0.1 to 1e4
-  double torque_limit_nm = 0.0;    ///< largest torque of the motor; 0 to 100
-  double motor_command_nm = 0.0;   ///< where the motor goes; -100 to 100
-  double brake_command_nm = 0.0;   ///< where the brake's command goes; 0 to 100
-  double ramp_s = 0.0;             ///< time that both take; 0 is a step; 0 to 60
-  double sine_nm = 0.0;            ///< amplitude of the sine on top of `motor_command_nm`; 0 to 100
-  double sine_begin_hz = 0.0;      ///< its frequency at the beginning; 0 to 1000
-  double sine_end_hz = 0.0;        ///< and after `duration_s`; 0 to 1000
+  /// must be given; until it disarms, unless the next one comes first; 0.001 to 60
+  double duration_s = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; further from its first angle disarms; 0.001 to 1000
+  double travel_rad = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; faster disarms; 0.1 to 1e4
+  double speed_limit_rad_s = std::numeric_limits<double>::quiet_NaN();
+  /// must be given; largest torque of the motor; 0 to 100
+  double torque_limit_nm = std::numeric_limits<double>::quiet_NaN();
+  double motor_command_nm = 0.0;  ///< where the motor goes; -100 to 100
+  double brake_command_nm = 0.0;  ///< where the brake's command goes; 0 to 100
+  double ramp_s = 0.0;            ///< time that both take; 0 is a step; 0 to 60
+  double sine_nm = 0.0;           ///< amplitude of the sine on top of `motor_command_nm`; 0 to 100
+  double sine_begin_hz = 0.0;     ///< its frequency at the beginning; 0 to 1000
+  double sine_end_hz = 0.0;       ///< and after `duration_s`; 0 to 1000
   double stiffness_nm_per_rad = 0.0;  ///< of the servo; 0 to 1e6
   double damping_nm_s_per_rad = 0.0;  ///< of the servo; 0 to 1000
   double servo_rad_s = 0.0;           ///< speed of the servo's reference; -1000 to 1000

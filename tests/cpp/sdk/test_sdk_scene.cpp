@@ -41,18 +41,23 @@ Report wire(const Effect& effect) {
 }  // namespace
 
 TEST_CASE("angles become 2^-32 turns, exact where a fraction of a turn is") {
-  CHECK(wire<protocol::Wall>(Wall{.angle_rad = kTurn / 4}).angle_turns_q32 == 1LL << 30);
-  CHECK(wire<protocol::Wall>(Wall{.angle_rad = -kTurn / 2}).angle_turns_q32 == -(1LL << 31));
+  CHECK(wire<protocol::Wall>(Wall{.angle_rad = kTurn / 4, .stiffness_nm_per_rad = 1})
+            .angle_turns_q32 == 1LL << 30);
+  CHECK(wire<protocol::Wall>(Wall{.angle_rad = -kTurn / 2, .stiffness_nm_per_rad = 1})
+            .angle_turns_q32 == -(1LL << 31));
   // 1 rad = 683565275.576... 2^-32 turns.
-  CHECK(wire<protocol::Wall>(Wall{.angle_rad = 1.0}).angle_turns_q32 == 683565276);
+  CHECK(wire<protocol::Wall>(Wall{.angle_rad = 1.0, .stiffness_nm_per_rad = 1}).angle_turns_q32 ==
+        683565276);
 }
 
 TEST_CASE("detents by number and by pitch are the same, and whole numbers are exact") {
   for (const double per_turn : {1.0, 24.0, 100.0, 4096.0}) {
     CAPTURE(per_turn);
     const auto exact = static_cast<std::uint64_t>(per_turn) << 32U;
-    CHECK(wire<protocol::Detents>(Detents{.per_turn = per_turn}).per_turn_q32 == exact);
-    CHECK(wire<protocol::Detents>(Detents{.pitch_rad = kTurn / per_turn}).per_turn_q32 == exact);
+    CHECK(wire<protocol::Detents>(Detents{.per_turn = per_turn, .torque_nm = 0}).per_turn_q32 ==
+          exact);
+    CHECK(wire<protocol::Detents>(Detents{.pitch_rad = kTurn / per_turn, .torque_nm = 0})
+              .per_turn_q32 == exact);
   }
 }
 
@@ -185,15 +190,17 @@ TEST_CASE("what is not given is what the device has by default") {
   CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
         protocol::encode(protocol::ActuatorConfig{}));
   CHECK(protocol::encode(to_wire(ControlConfig{})) == protocol::encode(protocol::ControlConfig{}));
-  CHECK(protocol::encode(wire<protocol::Wall>(Wall{})) == protocol::encode(protocol::Wall{}));
-  CHECK(protocol::encode(wire<protocol::Spring>(Spring{})) == protocol::encode(protocol::Spring{}));
-  CHECK(protocol::encode(wire<protocol::Friction>(Friction{})) ==
+  CHECK(protocol::encode(wire<protocol::Wall>(Wall{.stiffness_nm_per_rad = 0})) ==
+        protocol::encode(protocol::Wall{}));
+  CHECK(protocol::encode(wire<protocol::Spring>(Spring{.stiffness_nm_per_rad = 0})) ==
+        protocol::encode(protocol::Spring{}));
+  CHECK(protocol::encode(wire<protocol::Friction>(Friction{.torque_nm = 0})) ==
         protocol::encode(protocol::Friction{}));
-  CHECK(protocol::encode(wire<protocol::Periodic>(Periodic{})) ==
-        protocol::encode(protocol::Periodic{}));
-  CHECK(protocol::encode(wire<protocol::Detents>(Detents{.per_turn = 24})) ==
+  CHECK(protocol::encode(wire<protocol::Periodic>(Periodic{
+            .amplitude_nm = 0, .frequency_hz = 0})) == protocol::encode(protocol::Periodic{}));
+  CHECK(protocol::encode(wire<protocol::Detents>(Detents{.per_turn = 24, .torque_nm = 0})) ==
         protocol::encode(protocol::Detents{}));
-  CHECK(protocol::encode(wire<protocol::Texture>(Texture{})) ==
+  CHECK(protocol::encode(wire<protocol::Texture>(Texture{.grains_per_turn = 1, .torque_nm = 0})) ==
         protocol::encode(protocol::Texture{}));
   CHECK(protocol::encode(wire<protocol::Impact>(Impact{})) == protocol::encode(protocol::Impact{}));
   CHECK(protocol::encode(to_wire(LocalModel{})) == protocol::encode(protocol::LocalModel{}));
@@ -229,32 +236,37 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
       {Wall{.stiffness_nm_per_rad = -1},
        {"wall", "stiffness_nm_per_rad is -1", "0 to 1000000 N m"}},
       {Wall{.stiffness_nm_per_rad = kNan}, {"stiffness_nm_per_rad is not a number"}},
+      {Wall{.angle_rad = 0.1}, {"wall", "stiffness_nm_per_rad", "it must be given"}},
+      {EndStops{.stiffness_nm_per_rad = 1.4}, {"end_stops", "lower_rad", "it must be given"}},
+      {Texture{.torque_nm = 0.01}, {"texture", "grains_per_turn is 0"}},
       {Wall{.stiffness_nm_per_rad = 1e300}, {"stiffness_nm_per_rad", "1000000"}},
-      {Wall{.angle_rad = kInfinite}, {"angle_rad is infinite"}},
-      {Wall{.angle_rad = 1e9}, {"angle_rad is 1e+09", "rad"}},
-      {Wall{.side = static_cast<Side>(7)}, {"side"}},
-      {Spring{.deadband_rad = -1}, {"spring", "deadband_rad"}},
+      {Wall{.angle_rad = kInfinite, .stiffness_nm_per_rad = 1}, {"angle_rad is infinite"}},
+      {Wall{.angle_rad = 1e9, .stiffness_nm_per_rad = 1}, {"angle_rad is 1e+09", "rad"}},
+      {Wall{.side = static_cast<Side>(7), .stiffness_nm_per_rad = 1}, {"side"}},
+      {Spring{.stiffness_nm_per_rad = 1, .deadband_rad = -1}, {"spring", "deadband_rad"}},
       {Damper{.damping_nm_s_per_rad = kInfinite}, {"damper", "damping_nm_s_per_rad is infinite"}},
-      {Friction{.stiffness_nm_per_rad = 0}, {"friction", "stiffness_nm_per_rad is 0"}},
+      {Friction{.torque_nm = 0, .stiffness_nm_per_rad = 0},
+       {"friction", "stiffness_nm_per_rad is 0"}},
       {Inertia{.inertia_kg_m2 = 11}, {"inertia", "inertia_kg_m2 is 11", "0 to 10 kg m^2"}},
       {Constant{.torque_nm = 101}, {"constant", "torque_nm is 101", "-100 to 100 N m"}},
-      {Constant{.timing = {.attack_level = 2}}, {"attack_level is 2", "0 to 1"}},
-      {Constant{.timing = {.fade_s = 1}}, {"fade_s", "duration"}},
-      {Constant{.timing = {.duration_s = 1, .attack_s = 0.6, .fade_s = 0.6}},
+      {Constant{.torque_nm = 0, .timing = {.attack_level = 2}}, {"attack_level is 2", "0 to 1"}},
+      {Constant{.torque_nm = 0, .timing = {.fade_s = 1}}, {"fade_s", "duration"}},
+      {Constant{.torque_nm = 0, .timing = {.duration_s = 1, .attack_s = 0.6, .fade_s = 0.6}},
        {"attack_s", "fade_s"}},
-      {Ramp{.end_torque_nm = 0.1}, {"ramp", "duration_s is 0"}},
-      {Periodic{.frequency_hz = 501}, {"periodic", "frequency_hz is 501", "0 to 500 Hz"}},
+      {Ramp{.start_torque_nm = 0, .end_torque_nm = 0.1}, {"ramp", "duration_s is 0"}},
+      {Periodic{.amplitude_nm = 0, .frequency_hz = 501},
+       {"periodic", "frequency_hz is 501", "0 to 500 Hz"}},
       {Impact{.frequency_hz = 501}, {"impact", "frequency_hz is 501", "1 to 500 Hz"}},
       {Impact{.decay_s = 0}, {"decay_s is 0"}},
-      {Periodic{.phase_turns = 1.5}, {"phase_turns is 1.5"}},
+      {Periodic{.amplitude_nm = 0, .frequency_hz = 1, .phase_turns = 1.5}, {"phase_turns is 1.5"}},
       {Detents{}, {"detents", "exactly one of per_turn and pitch_rad"}},
       {Detents{.per_turn = 24, .pitch_rad = 1}, {"exactly one of per_turn and pitch_rad"}},
       {Detents{.per_turn = 0}, {"per_turn is 0"}},
       {Detents{.per_turn = 4097}, {"per_turn is 4097", "4096", "two counts"}},
       {Detents{.pitch_rad = kNan}, {"pitch_rad is not a number"}},
-      {Detents{.per_turn = 24, .width = 0}, {"width is 0"}},
+      {Detents{.per_turn = 24, .torque_nm = 0, .width = 0}, {"width is 0"}},
       {EndStops{.lower_rad = 1, .upper_rad = 0}, {"end_stops", "upper_rad is 0", "lower_rad"}},
-      {EndStops{.lower_rad = kNan}, {"lower_rad is not a number"}},
+      {EndStops{.lower_rad = kNan, .upper_rad = 1}, {"lower_rad is not a number"}},
       {Texture{.grains_per_turn = 0}, {"texture", "grains_per_turn is 0", "1 to 4096"}},
       {Texture{.grains_per_turn = -5}, {"grains_per_turn is -5"}},
       {Curve{.torque_nm = {1.0}}, {"curve", "1 points", "2 to 1024"}},
@@ -276,10 +288,12 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
 TEST_CASE("the whole range of every limit is accepted") {
   const EncodedScene scene = encode_scene(
       {Wall{.angle_rad = 4e8, .stiffness_nm_per_rad = 1e6, .damping_nm_s_per_rad = 1e3},
-       Wall{.angle_rad = -4e8, .side = Side::below}, Constant{.torque_nm = -100},
-       Friction{.stiffness_nm_per_rad = 1e-6},
-       Detents{.per_turn = 4096, .torque_nm = 100, .width = 0.01}, Texture{.grains_per_turn = 4096},
-       Periodic{.frequency_hz = 500, .phase_turns = 1}, Impact{.frequency_hz = 500},
+       Wall{.angle_rad = -4e8, .side = Side::below, .stiffness_nm_per_rad = 0},
+       Constant{.torque_nm = -100}, Friction{.torque_nm = 0, .stiffness_nm_per_rad = 1e-6},
+       Detents{.per_turn = 4096, .torque_nm = 100, .width = 0.01},
+       Texture{.grains_per_turn = 4096, .torque_nm = 0},
+       Periodic{.amplitude_nm = 0, .frequency_hz = 500, .phase_turns = 1},
+       Impact{.frequency_hz = 500},
        Curve{.torque_nm = std::vector<double>(1024, 100.0), .span_rad = 800}});
   CHECK(scene.slots.size() == 9);
   CHECK(scene.pieces.size() == 79);
@@ -287,8 +301,9 @@ TEST_CASE("the whole range of every limit is accepted") {
 
 TEST_CASE("a seventeenth effect is InvalidArgument and sixteen play") {
   Knob knob = Knob::open("emulated");
-  CHECK(contains(message_of<InvalidArgument>([&] { knob.play(Scene(17, Constant{})); }),
-                 "17 effects"));
+  CHECK(
+      contains(message_of<InvalidArgument>([&] { knob.play(Scene(17, Constant{.torque_nm = 0})); }),
+               "17 effects"));
   CHECK(knob.statistics().reports_sent == 0);
   knob.play(Scene(16, Constant{.torque_nm = 1e-3}));
   knob.arm();
@@ -374,13 +389,14 @@ TEST_CASE("an effect that stays in its place goes on playing, a changed one star
   config.passive_ramp_s = 0.0;
   knob.configure(config);
   knob.arm();
-  const Ramp ramp{.end_torque_nm = 0.02, .timing = {.duration_s = 1.0}};
+  const Ramp ramp{.start_torque_nm = 0, .end_torque_nm = 0.02, .timing = {.duration_s = 1.0}};
   knob.play(Scene{ramp});
   knob.sleep(0.5);
-  knob.play(Scene{ramp, Constant{}});
+  knob.play(Scene{ramp, Constant{.torque_nm = 0}});
   CHECK(knob.record(0.01).back().desired_torque_nm ==
         doctest::Approx(0.0105).scale(0).epsilon(0.05));
-  knob.play(Scene{Ramp{.end_torque_nm = 0.04, .timing = {.duration_s = 1.0}}, Constant{}});
+  knob.play(Scene{Ramp{.start_torque_nm = 0, .end_torque_nm = 0.04, .timing = {.duration_s = 1.0}},
+                  Constant{.torque_nm = 0}});
   CHECK(knob.record(0.01).back().desired_torque_nm < 0.001F);
 }
 
@@ -395,7 +411,7 @@ TEST_CASE("each kind of effect is accepted and makes torque where it should") {
       Friction{.torque_nm = 0.02},
       Inertia{.inertia_kg_m2 = 1e-3},
       Constant{.torque_nm = 0.02},
-      Ramp{.end_torque_nm = 0.02, .timing = {.duration_s = 100}},
+      Ramp{.start_torque_nm = 0, .end_torque_nm = 0.02, .timing = {.duration_s = 100}},
       Periodic{.amplitude_nm = 0.02, .frequency_hz = 10},
       Detents{.per_turn = 24, .torque_nm = 0.02},
       EndStops{.lower_rad = -0.1, .upper_rad = 0.1, .stiffness_nm_per_rad = 1},

@@ -164,7 +164,7 @@ TEST_CASE("a refusal is told in words: why, which report, which field") {
   script->status = static_cast<std::uint8_t>(protocol::Status::out_of_range);
   script->field = protocol::field_index<protocol::Wall>("stiffness_nm_per_rad");
   try {
-    knob.play(Wall{});
+    knob.play(Wall{.stiffness_nm_per_rad = 1});
     FAIL("no error");
   } catch (const Refused& refused) {
     CHECK(refused.status() == "out_of_range");
@@ -181,7 +181,7 @@ TEST_CASE("a refusal is told in words: why, which report, which field") {
 TEST_CASE("after a refused scene the next one is written whole") {
   const auto script = std::make_shared<Script>();
   Knob knob = open(script);
-  const Scene scene{Wall{}, Constant{}};
+  const Scene scene{Wall{.stiffness_nm_per_rad = 1}, Constant{.torque_nm = 0}};
   knob.play(scene);
   script->status = static_cast<std::uint8_t>(protocol::Status::empty_slot);
   CHECK_THROWS_AS(knob.play(scene), Refused);

@@ -330,7 +330,7 @@ TEST_CASE("a transport across a wire, in real time, carries commands and telemet
   const Server server(wire);
   Knob knob = Knob::open(std::make_unique<WireTransport>(wire), {.command_timeout_s = 30.0});
   knob.arm();
-  knob.play(Wall{});
+  knob.play(Wall{.stiffness_nm_per_rad = 1});
   CHECK(knob.record(0.1).size() == 100);
   knob.disarm();
   knob.configure(ControlConfig{.beta = 0.25});
