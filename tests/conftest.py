@@ -2,23 +2,72 @@
 
 from __future__ import annotations
 
+import json
+import os
 import signal
-from collections.abc import Generator
+import sys
+from collections.abc import Generator, Iterator
+from pathlib import Path
 
 import hypothesis
 import pytest
+
+from tests.vm.guests import GUEST_VARIABLE
+from tools.dev import groups
 
 hypothesis.settings.register_profile("torsio", deadline=None)
 hypothesis.settings.load_profile("torsio")
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Let programs that the tests start be interrupted.
 
     What a shell starts in the background is deaf to Ctrl-C, and its children with it.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    config.addinivalue_line("markers", "slow: runs with `./dev test slow` alone")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Run what is marked as slow when that is asked for, and then nothing else."""
+    wanted = groups.SLOW_VARIABLE in os.environ
+    left = [item for item in items if (item.get_closest_marker("slow") is not None) != wanted]
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in left]
+
+
+TREE = Path(__file__).parent.parent
+# What the running test has opened of the tree.
+OPENED: set[str] = set()
+
+
+def _note(event: str, arguments: tuple[object, ...]) -> None:
+    if event == "open" and isinstance(arguments[0], str) and arguments[0].startswith(f"{TREE}/"):
+        OPENED.add(arguments[0])
+
+
+if GUEST_VARIABLE not in os.environ:
+    sys.addaudithook(_note)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    OPENED.clear()
+
+
+@pytest.fixture(autouse=True)
+def _opens_what_its_group_covers(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail a test that reads a file whose change would not have it run."""
+    yield
+    opened = [str(Path(path).relative_to(TREE)) for path in OPENED]
+    test = request.node.nodeid
+    assert groups.not_covered(test, opened) == [], "tools/dev/groups.py lacks it for this test"
+
+
+# Not for the programs and the pytest processes that tests start.
+RUN = json.loads(os.environ.pop(groups.RUN_VARIABLE, "{}"))
 
 
 def _fail_instead_of_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
@@ -43,8 +92,17 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
     return report
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Name every test of the firmware's binary: they are what speaks for the device."""
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter, exitstatus: pytest.ExitCode
+) -> None:
+    """Sum up each group, name every test of the firmware's binary, and remember what passed."""
+    terminalreporter.section("groups of tests, and the seconds of all workers")
+    for line in groups.sums(terminalreporter.stats, chosen=RUN):
+        terminalreporter.line(line)
+    if exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        stats = terminalreporter.stats
+        bad = [report for outcome in ("failed", "error") for report in stats.get(outcome, [])]
+        groups.remember(RUN, [report.nodeid for report in bad])
     lines = [
         f"{outcome} {report.nodeid}"
         for outcome in ("passed", "failed", "error")

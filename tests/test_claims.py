@@ -1,4 +1,4 @@
-"""The tests that the documents name are there: of each claim, of each fault, of each row."""
+"""The tests and commands that documents name are there: of each claim, each fault, each row."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import re
 from pathlib import Path
 
 import pytest
+
+from tests.test_dev import named_and_gone
 
 TREE = Path(__file__).parent.parent
 DOCS = TREE / "docs"
@@ -80,3 +82,37 @@ def test_name_of_no_test_is_found_out() -> None:
     assert missing('`test_codec.cpp` "a wall\'s bytes are these" "none"') == [
         'test_codec.cpp: "none"'
     ]
+
+
+def test_commands_that_the_documents_name_are_there() -> None:
+    documents = [*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")]
+    assert len(documents) > 15
+    for document in documents:
+        # A sentence may go on behind a command, but not within its quotes.
+        text = document.read_text(encoding="utf-8")
+        quoted = re.findall(r"`(\./dev [^`]*)`", text) + re.findall(r"^ {4}(\./dev .*)", text, re.M)
+        assert named_and_gone("\n".join(quoted)) == set(), document.name
+    assert named_and_gone("./dev windoze") == {"windoze"}
+    assert named_and_gone("./dev bench nothing") == {"bench nothing"}
+
+
+def test_platform_table_names_a_command_for_all_that_is_not_tested_at_every_change() -> None:
+    text = (TREE / "README.md").read_text(encoding="utf-8")
+    _, _, section = text.partition("## On which systems\n")
+    rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line[:2] == "| "]
+    assert [len(row) for row in rows] == [
+        len(rows[0]) + (number > 0) for number in range(len(rows))
+    ]
+    slow = (TREE / ".ci/slow").read_text(encoding="utf-8").splitlines()
+    for name, *cells in rows[1:]:
+        for cell in cells:
+            commands = re.findall(r"`\./dev ([^`]*)`", cell)
+            assert cell == "-" or "every change" in cell or commands, name
+            assert set(commands) <= set(slow), name
+
+
+def test_platform_table_says_where_a_windows_program_meets_a_knob() -> None:
+    text = (TREE / "README.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"^\| C\+\+ library, knob plugged in \|.*$", text, re.MULTILINE)
+    assert (TREE / "tests/vm/guest/test_windows_library.py").exists()
+    assert "`./dev test games`" in row.split(" | ")[3]

@@ -1,4 +1,4 @@
-"""Every C++ test, in every build that ``./dev test`` makes, as one pytest test each.
+"""Every C++ test, in each build that is asked for, as one pytest test each.
 
 The cases of one source file run in one process, which its first case starts. Where that process
 does not end well, each of them runs again alone, to be told by name with what it prints.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import fcntl
 import functools
 import json
+import os
 import re
 import subprocess
 import xml.etree.ElementTree as ElementTree
@@ -17,8 +18,10 @@ from pathlib import Path
 
 import pytest
 
+from tools.dev import groups
+
 TREE = Path(__file__).parent.parent
-PRESETS = ("asan-ubsan", "tsan")
+PRESETS = os.environ.get(groups.PRESETS_VARIABLE, "asan-ubsan").split()
 RESULTS = TREE / "build/cpp-tests"
 CASES = "doctest"  # the label of programs that have many cases
 # How long the cases of a file may take together: each may take as long as CTest gives the program.

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tools import apt, windows
-from tools.dev import building, cli, commands, environment, fresh, packages, running
+from tools.dev import building, cli, commands, environment, fresh, groups, packages, running
 from tools.dev.requirements import requirements
 
 TREE = Path(__file__).parent.parent
@@ -27,7 +27,7 @@ def test_commands_are_those_that_the_help_tells() -> None:
     assert set(told) == {"help", *cli.COMMANDS}
 
 
-def _named(text: str) -> set[str]:
+def named_and_gone(text: str) -> set[str]:
     """Return the commands that a text names and that are not there, with what they are given."""
     named = re.findall(r"\./dev ([a-z]+)(?: ([a-z]+))?", text)
     given = {
@@ -40,40 +40,6 @@ def _named(text: str) -> set[str]:
         for name, word in named
         if name not in ("help", *cli.COMMANDS) or (word and word not in given.get(name, [word]))
     }
-
-
-def test_commands_that_the_documents_name_are_there() -> None:
-    documents = [*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")]
-    assert len(documents) > 15
-    for document in documents:
-        # A sentence may go on behind a command, but not within its quotes.
-        text = document.read_text(encoding="utf-8")
-        quoted = re.findall(r"`(\./dev [^`]*)`", text) + re.findall(r"^ {4}(\./dev .*)", text, re.M)
-        assert _named("\n".join(quoted)) == set(), document.name
-    assert _named("./dev windoze") == {"windoze"}
-    assert _named("./dev bench nothing") == {"bench nothing"}
-
-
-def test_platform_table_names_a_command_for_all_that_is_not_tested_at_every_change() -> None:
-    text = (TREE / "README.md").read_text(encoding="utf-8")
-    _, _, section = text.partition("## On which systems\n")
-    rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line[:2] == "| "]
-    assert [len(row) for row in rows] == [
-        len(rows[0]) + (number > 0) for number in range(len(rows))
-    ]
-    slow = (TREE / ".ci/slow").read_text(encoding="utf-8").splitlines()
-    for name, *cells in rows[1:]:
-        for cell in cells:
-            commands = re.findall(r"`\./dev ([^`]*)`", cell)
-            assert cell == "-" or "every change" in cell or commands, name
-            assert set(commands) <= set(slow), name
-
-
-def test_platform_table_says_where_a_windows_program_meets_a_knob() -> None:
-    text = (TREE / "README.md").read_text(encoding="utf-8")
-    (row,) = re.findall(r"^\| C\+\+ library, knob plugged in \|.*$", text, re.MULTILINE)
-    assert (TREE / "tests/vm/guest/test_windows_library.py").exists()
-    assert "`./dev test games`" in row.split(" | ")[3]
 
 
 def test_slow_script_runs_all_and_names_what_failed(tmp_path: Path) -> None:
@@ -92,7 +58,7 @@ def test_slow_script_runs_all_and_names_what_failed(tmp_path: Path) -> None:
     assert "windows python" in ran
     assert len(ran) == len(told) / 2
     # Each is a command that there is.
-    assert _named("\n".join(f"./dev {command}" for command in ran)) == set()
+    assert named_and_gone("\n".join(f"./dev {command}" for command in ran)) == set()
 
 
 def test_commands_need_nothing_but_the_standard_library() -> None:
@@ -105,6 +71,84 @@ def test_commands_need_nothing_but_the_standard_library() -> None:
         check=False,
     )
     assert result.stderr == ""
+
+
+def test_every_test_is_in_a_group_that_runs_at_every_change_or_in_a_slow_one() -> None:
+    files = {str(file.relative_to(TREE)) for file in (TREE / "tests").rglob("test_*.py")}
+    inside = {file for file in files if file.startswith("tests/vm/guest/")}
+    assert inside
+    left = [file for file in files if not any(group.has(file) for group in groups.GROUPS.values())]
+    assert left == []
+    slow = set((TREE / ".ci/slow").read_text(encoding="utf-8").splitlines())
+    assert {f"test {name}" for name, group in groups.GROUPS.items() if group.slow} <= slow
+
+
+@pytest.fixture
+def stamps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(groups, "BUILD", tmp_path)
+    monkeypatch.setattr(building, "digest", lambda names: f"{len(list(names)):08x}")
+    return tmp_path
+
+
+def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
+    stamps: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = groups.plan([])
+    assert (list(first.groups), first.left_out) == (groups.EVERY_CHANGE, ())
+    groups.remember(
+        first.run, ["tests/python/test_knob.py::test_x", "tests/test_checks.py::test_y"]
+    )
+    second = groups.plan([])
+    assert second.groups == ("checks", "library")
+    assert set(second.groups) | set(second.left_out) == set(groups.EVERY_CHANGE)
+    assert list(groups.plan(["all"]).groups) == groups.EVERY_CHANGE
+    monkeypatch.setattr(
+        building, "digest", lambda names: f"{len(list(names)):08x}{'docs/c.md' in names or ''}"
+    )
+    third = groups.plan([])
+    assert third.groups == ("checks", "library", "interfaces")
+
+
+@pytest.mark.parametrize(
+    ("words", "chosen", "needs"),
+    [
+        ("-k wall", "library cpp", "asan-ubsan python release studies"),
+        ("tests/board -k wall", "board", "firmware python studies"),
+        ("tests/python/test_knob.py::test_x -x", "library", "python studies"),
+        ("threads", "threads", "python tsan"),
+        ("tests/board/test_guards.py", "guards", "firmware python studies unguarded"),
+    ],
+)
+def test_words_behind_test_choose_groups_and_what_is_built(
+    stamps: Path, words: str, chosen: str, needs: str
+) -> None:
+    plan = groups.plan(words.split())
+    assert " ".join(plan.groups) == chosen
+    assert " ".join(sorted(plan.needs)) == needs
+
+
+def test_part_of_a_group_that_passed_says_nothing_of_the_group(stamps: Path) -> None:
+    for words in (["library", "-k", "wall"], ["tests/python"], ["-x"], ["library", "--lf"]):
+        assert groups.plan(words).run == {}
+    assert list(groups.plan(["library", "--durations=9"]).run) == ["library"]
+
+
+@pytest.mark.parametrize("name", groups.GROUPS)
+def test_digest_of_a_group_is_of_files_that_are_there(name: str) -> None:
+    group = groups.GROUPS[name]
+    assert [path for path in (*group.covers, *group.tests) if not (TREE / path).exists()] == []
+
+
+def test_file_that_a_test_reads_must_be_covered() -> None:
+    test = "tests/c/test_calls.py::test_x"
+    files = [
+        "docs/c.md",
+        "docs/cpp.md",
+        "build/x",
+        "sdk/c/src/structures.cpp",
+        "tests/c/layouts.py",
+    ]
+    assert groups.not_covered(test, files) == ["docs/cpp.md"]
 
 
 @pytest.fixture

@@ -65,6 +65,7 @@ def test_static_install_serves_find_package_and_pkg_config(
     assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
 
 
+@pytest.mark.slow
 def test_shared_install_is_one_library_that_shows_only_the_sdk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -91,6 +92,7 @@ def test_shared_install_is_one_library_that_shows_only_the_sdk(
     assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
 
 
+@pytest.mark.slow
 def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
     tmp_path: Path,
 ) -> None:

@@ -12,12 +12,16 @@ import pytest
 from tests.board import pico as bench
 from tests.board.pico import MODELS, EmulatedPico, enumerated
 from tools.dev.building import EVERY_BOARD_VARIABLE
+from tools.dev.groups import BOARDS_VARIABLE, UNGUARDED_VARIABLE
+
+BOARDS = os.environ.get(BOARDS_VARIABLE, "").split() or list(MODELS)
 
 
 def pytest_configure(config: pytest.Config) -> None:
     for marker in (
         "one_board: many cases of what all boards have in common",
         "slow_chip: what only an RP2040 has too little time for",
+        "unguarded: needs firmware whose guards can be switched off, and runs with it alone",
         "boards_in_turn: takes long; the cases go to the boards in turn, unless all are asked for",
     ):
         config.addinivalue_line("markers", marker)
@@ -25,12 +29,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave to the RP2040, which is the quicker one here, what would only take time on others."""
+    marks = ("one_board", "slow_chip") if "pico" in BOARDS else ("slow_chip",)
     left = [
         item
         for item in items
-        if any(item.get_closest_marker(name) for name in ("one_board", "slow_chip"))
+        if any(item.get_closest_marker(name) for name in marks)
         and "pico2" in item.name.split("[")[-1]
     ]
+    if UNGUARDED_VARIABLE not in os.environ:
+        left += [item for item in items if item.get_closest_marker("unguarded")]
     if EVERY_BOARD_VARIABLE not in os.environ:
         left += _out_of_turn([item for item in items if item not in left])
     if left:
@@ -54,9 +61,9 @@ def _out_of_turn(items: list[pytest.Item]) -> list[pytest.Item]:
     return left
 
 
-@pytest.fixture(scope="module", autouse=True, params=MODELS)
+@pytest.fixture(scope="module", autouse=True, params=list(dict.fromkeys(BOARDS)))
 def _model(request: pytest.FixtureRequest) -> None:
-    """Run every test on every board."""
+    """Run every test on every board that takes part."""
     bench.choose(request.param)
 
 

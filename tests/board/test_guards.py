@@ -155,6 +155,7 @@ def test_control_interrupt_that_hangs_anywhere_in_its_tick_is_cut(
     assert lasting_pico.get("health")["reset_cause"] == "watchdog"
 
 
+@pytest.mark.unguarded
 @pytest.mark.boards_in_turn
 @pytest.mark.parametrize("danger", DANGERS, ids=str)
 def test_danger_keeps_the_power_on_without_its_guard(
@@ -166,6 +167,7 @@ def test_danger_keeps_the_power_on_without_its_guard(
         assert left.amperes == pytest.approx(12 / 2.5, rel=0.01)
 
 
+@pytest.mark.unguarded
 @pytest.mark.parametrize("danger", SUPPLY_DANGERS, ids=str)
 def test_another_supply_keeps_the_power_on_without_its_guards(
     bare_watching_pico: EmulatedPico, danger: Danger
@@ -202,6 +204,7 @@ def test_another_supply_keeps_a_board_that_measures_it_from_arming_while_it_last
     assert pico.command("disarm") == "ok"
 
 
+@pytest.mark.unguarded
 def test_another_supply_may_arm_without_the_guard(bare_watching_pico: EmulatedPico) -> None:
     pico = bare_watching_pico
     take_away(pico, "supply")
@@ -243,6 +246,7 @@ def test_current_sensor_with_a_wrong_zero_keeps_the_board_from_arming() -> None:
         assert pico.command("arm") == "ok"
 
 
+@pytest.mark.unguarded
 def test_current_sensor_with_a_wrong_zero_may_arm_without_the_guard(
     bare_pico: EmulatedPico,
 ) -> None:
@@ -264,6 +268,7 @@ def test_trip_level_beyond_the_sensors_range_keeps_the_board_from_arming() -> No
         assert pico.command("arm") == "fault_latched"
 
 
+@pytest.mark.unguarded
 def test_trip_level_beyond_the_sensors_range_may_arm_without_the_guard() -> None:
     # And over-current, which waits for 3 A, would then never be seen.
     with rewired(image(), current_sense_v_per_a=1.0) as pico:
@@ -298,6 +303,7 @@ def test_board_whose_parts_nobody_has_confirmed_is_held_low() -> None:
         assert pico.do("amperes") == pytest.approx(-85e-3 / 0.05, abs=0.05)
 
 
+@pytest.mark.unguarded
 def test_unconfirmed_board_gives_all_it_has_without_the_guard(bare_pico: EmulatedPico) -> None:
     take_away(bare_pico, "timid")
     bare_pico.set("board_config", confirmed="off")
@@ -342,6 +348,7 @@ def test_knob_does_not_run_away(danger: RunAway) -> None:
         assert found.board.command("clear_fault") == "ok"
 
 
+@pytest.mark.unguarded
 @pytest.mark.boards_in_turn
 @each_run_away
 def test_knob_runs_away_without_the_guards(danger: RunAway) -> None:
@@ -377,6 +384,7 @@ def test_warm_winding_and_coil_get_less_and_less_until_the_continuous_current() 
         assert again.amperes["coil"][0] < 0.06
 
 
+@pytest.mark.unguarded
 @pytest.mark.parametrize("part", ["motor", "coil"])
 def test_winding_that_nothing_holds_down_is_a_fault_before_it_burns(part: str) -> None:
     with rewired(image(), **PLENTY | LITTLE[part]) as pico:
@@ -400,6 +408,7 @@ def test_winding_that_nothing_holds_down_is_a_fault_before_it_burns(part: str) -
             assert _documented(told)[2] == f"{PUSHED_A[part]:g} A"
 
 
+@pytest.mark.unguarded
 def test_stored_configuration_of_another_layout_is_not_believed() -> None:
     with unguarded() as pico:
         assert pico.set("board_config", supply_v=24, motor_pin=18)["status"] == 0
@@ -450,6 +459,7 @@ def test_start_of_a_file_that_was_copied_is_no_program_that_hung(
     assert lasting_pico.get("health")["reset_cause"] == "watchdog"
 
 
+@pytest.mark.unguarded
 def test_bridge_may_wake_up_for_a_millisecond_and_no_longer(bare_pico: EmulatedPico) -> None:
     assert arm_while_bridge_wakes(bare_pico, 0.8) == 0
     assert bare_pico.command("disarm") == "ok"
@@ -466,6 +476,7 @@ def test_bridge_may_wake_up_for_a_millisecond_and_no_longer(bare_pico: EmulatedP
     assert bare_pico.command("clear_fault") == "ok"
 
 
+@pytest.mark.unguarded
 @pytest.mark.slow_chip
 def test_load_that_does_not_fit_starves_the_main_loop_without_the_guard() -> None:
     with unguarded() as pico:

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from tools import boards
+from tools.dev.groups import BOARDS_VARIABLE
+
 TREE = Path(__file__).parent.parent.parent
 PROGRAMS = TREE / "build" / "mcu"
 FIRMWARE = TREE / "build" / "firmware"
+# Boards that take part, and their chips.
+TESTED = os.environ.get(BOARDS_VARIABLE, "").split()
+CHIPS = {board: chip for board, chip in boards.chips().items() if board in TESTED or not TESTED}
 # Of the cross compiler whose code the documents' figures are about, and how far another's may be
 # from them: GCC 14's takes 7 % more on a Cortex-M33, and 16 % on a Cortex-M0+.
 DOCUMENTED_GCC = 12

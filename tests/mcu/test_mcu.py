@@ -10,16 +10,17 @@ from pathlib import Path
 import pytest
 
 from tests.mcu import mcu
-from tools import boards, firmware_report, stack_bound, uf2
+from tests.mcu.mcu import CHIPS
+from tools import firmware_report, stack_bound, uf2
 
-BUDGET = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
+BUDGETS = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
 MARGIN = 1.10
 MOST_INSTRUCTIONS = 249  # of a wall on the product; before the field lists it took as many
 MOST_CALIBRATED = 305  # of a wall with that law, before GCC 14
-CHIPS = boards.chips()
 RAM_BYTES = {"rp2040": 264 * 1024, "rp2350": 520 * 1024}
 
 
+BUDGET = {board: budget for board, budget in BUDGETS.items() if board in CHIPS}
 SCENES = [(board, scene) for board, scenes in BUDGET.items() for scene in scenes]
 
 
@@ -63,12 +64,14 @@ def test_effects_that_are_written_but_not_in_the_scene_cost_nothing(
     assert measured[board, "walls, 16 written 1"] == pytest.approx(alone, abs=0.1)
 
 
+@pytest.mark.board("pico2")
 def test_knees_of_the_shaft_cost_the_product_at_most_ten_instructions(
     measured: dict[tuple[str, str], float],
 ) -> None:
     assert measured["pico2", "bent shaft 1"] - measured["pico2", "straight shaft 1"] <= 10
 
 
+@pytest.mark.board("pico2")
 def test_wall_on_the_product_takes_no_more_instructions_than_it_did(
     measured: dict[tuple[str, str], float],
 ) -> None:
@@ -95,7 +98,7 @@ def test_documents_say_how_many_instructions_a_tick_takes(
     rows = re.findall(r"^\| ([^|]+) \| ([\d,]+) \| ([\d,]+) \|$", table, re.MULTILINE)
     assert len(rows) == len(TOLD)
     for scene, (row, *counts) in zip(TOLD, rows, strict=True):
-        told = int(counts[list(BUDGET).index(board)].replace(",", ""))
+        told = int(counts[list(BUDGETS).index(board)].replace(",", ""))
         count = measured[board, scene]
         if scene.startswith("bent"):
             count -= measured[board, "straight shaft 1"]
@@ -114,10 +117,12 @@ def test_replay_covers_every_kind_of_effect_and_every_law(host_replay: str) -> N
     assert len(set(checksums)) == len(checksums)
 
 
+@pytest.mark.board("pico2")
 def test_cortex_m33_puts_out_the_same_bits_as_the_host(host_replay: str) -> None:
     assert mcu.on_m33("replay") == host_replay
 
 
+@pytest.mark.board("pico")
 def test_cortex_m0plus_puts_out_the_same_bits_as_the_host(host_replay: str) -> None:
     assert mcu.on_m0plus("replay") == host_replay
 
@@ -178,6 +183,7 @@ def test_uf2_holds_exactly_what_the_elf_loads_and_its_checksum(board: str, chip:
     assert uf2.check(image, chip) == uf2.seal(uf2.read_elf(elf))
 
 
+@pytest.mark.board("pico2")
 def test_boot_rom_of_the_rp2350_finds_what_it_starts() -> None:
     """Within 4 kB stands an IMAGE_DEF, and its block loop closes (RP2350 datasheet, 5.9)."""
     pages = uf2.check((mcu.FIRMWARE / "torsio-pico2.uf2").read_bytes(), "rp2350")

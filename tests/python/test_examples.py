@@ -81,6 +81,7 @@ def test_learning_for_no_number_of_generations_is_refused(generations: str) -> N
     assert f"{generations} is no whole number from 1 to 1000" in result.stderr
 
 
+@pytest.mark.slow
 def test_wall_is_learned_better_than_laws_render_it_that_know_less_of_the_brake() -> None:
     """From nothing, by seed, and from more generations more."""
     laws = {f"the law {name}" for name in ("paper", "compensated", "calibrated")}

@@ -102,11 +102,13 @@ def test_one_count_that_is_different_is_found_where_it_is(tmp_path: Path) -> Non
 
 def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
-    with torsio.open("emulated", emulator=_options(log_inputs=True)) as knob:
-        with knob.record_to(file):  # without the end, when it disarms
-            knob.play(WALL)
-            knob.arm()
-            knob.sleep(1.0)
+    with (
+        torsio.open("emulated", emulator=_options(log_inputs=True)) as knob,
+        knob.record_to(file),  # without the end, when it disarms
+    ):
+        knob.play(WALL)
+        knob.arm()
+        knob.sleep(1.0)
     replayed = torsio.replay(file, law="motor_only")
     assert not replayed.identical
     before, after = replayed.recorded, replayed.replayed

@@ -215,6 +215,7 @@ def test_encoder_that_dies_is_named_and_the_knob_does_not_run_away(step: str) ->
         assert np.abs(knob.emulator.truth()["speed_rad_s"]).max() < FREE_LIMIT_RAD_S
 
 
+@pytest.mark.slow
 def test_dask_cluster_of_two_workers_measures_the_same_knobs() -> None:
     work = tuple(batches(2, 1))
     with (

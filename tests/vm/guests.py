@@ -16,6 +16,7 @@ from types import MappingProxyType
 from tests.determinism.determinism import Run
 from tests.vm import results
 from tests.vm.machine import GuestFailed, Machine
+from tools.dev.groups import TURN_VARIABLE
 from tools.kernels import DEBIAN, EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 TREE = Path(__file__).parent.parent.parent
@@ -23,7 +24,7 @@ KERNELS = TREE / "build/kernels"
 GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
 NEWEST_KERNELS = TREE / "build/newest-kernels"
 # How collecting the guest's tests tells of them: this word, the kernel, the node id.
-TEST_LINE, ANY_KERNEL, EACH_KERNEL, WITH_GAMES = "guest-test", "any", "each", "games"
+TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
 # Many times what a guest takes of an idle processor without KVM, see docs/usb.md: a busy host may
 # take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
@@ -36,7 +37,7 @@ PROGRAMS = (
 )
 # The lives of some knobs, and where a guest finds the number that they come to on the host.
 LIFE = TREE / "build/release/tests/determinism/torsio_life"
-LIFE_SIZE = (2, 2)  # seconds, knobs
+LIFE_SIZE = (1, 1)  # seconds, knobs
 LIFE_NUMBER = Path("/torsio-share/number")
 _PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovider"
 # To import those that are installed besides takes an emulated processor longer than all the rest.
@@ -48,9 +49,13 @@ def _fetched(folder: Path) -> list[str]:
 
 
 def kernels() -> list[str]:
-    """Return the names of the kernels that ``./dev`` has fetched."""
+    """Return the names of the kernels to boot: all that are there, or the one whose turn it is."""
     known = _fetched(KERNELS)
-    return known[:1] + _fetched(NEWEST_KERNELS) if GAMES_VARIABLE in os.environ else known
+    if GAMES_VARIABLE in os.environ:
+        return known[:1] + _fetched(NEWEST_KERNELS)
+    if EVERY_KERNEL_VARIABLE in os.environ or not known:
+        return known
+    return [known[int(os.environ.get(TURN_VARIABLE, -1)) % len(known)]]
 
 
 def pytest_command(arguments: str) -> list[str]:
@@ -82,11 +87,8 @@ def guest_tests(kernel: str) -> list[str]:
         # What one of the kernels in use is enough for runs on these too.
         games = [test for wanted, test in _collected() if wanted != WITH_GAMES]
         return [test for test in games if "/test_game" in test]
-    accepted = {EACH_KERNEL, kernel}
-    if EVERY_KERNEL_VARIABLE in os.environ or kernel == kernels()[-1]:
-        accepted.add(ANY_KERNEL)
-    if kernel not in DEBIAN:  # where the distribution brings but one kernel, it runs everything
-        accepted.update(DEBIAN)
+    # Where only one kernel is booted, it runs everything.
+    accepted = {ANY_KERNEL, *([kernel] if kernel in DEBIAN and len(kernels()) > 1 else DEBIAN)}
     return [test for wanted, test in _collected() if wanted in accepted]
 
 
@@ -105,7 +107,10 @@ def _command(kernel: str, variables: Mapping[str, str]) -> str:
         pytest_command("-v --color=no --junitxml=/torsio-share/junit.xml @/torsio-share/tests")
     )
     variables = {**_NO_OTHER_PLUGINS, GUEST_VARIABLE: kernel, **variables}
+    above = {*TREE.parents, *Path(sys.base_prefix).resolve().parents}
     return f"""\
+# The tests' nobody must reach tree and interpreter, also in a home folder closed to others.
+chmod a+x {shlex.join(sorted(map(str, above)))}
 export {" ".join(f"{name}={value}" for name, value in variables.items())}
 export HOME=/tmp PYTHONUNBUFFERED=1 PATH=/usr/sbin:/usr/bin:/sbin:/bin
 export LD_LIBRARY_PATH={shlex.quote(os.environ.get("LD_LIBRARY_PATH", ""))}

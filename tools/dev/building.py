@@ -32,7 +32,8 @@ from tools.dev.running import (
 LIBRARIES = ("torsio_sdk", "torsio_conversion", "torsio_emulator")
 PRESETS = ("dev", "release", "asan-ubsan", "tsan")
 BOARDS = tuple(boards.chips())
-PROCESSORS = ("m33", "m0plus", "host")
+# Of each chip, as the folder of its programs has it.
+PROCESSORS = {"rp2350": "m33", "rp2040": "m0plus"}
 # Has each board run all of its tests, also those that go to the boards in turn.
 EVERY_BOARD_VARIABLE = "TORSIO_EVERY_BOARD"
 
@@ -85,7 +86,7 @@ def digest(names: Iterable[str]) -> str:
         files += [path] if path.is_file() else path.rglob("*")
     total = hashlib.sha256()
     for file in sorted(files):
-        if file.is_file() and "__pycache__" not in file.parts:
+        if file.is_file() and not {"__pycache__", "node_modules"} & set(file.parts):
             content = hashlib.sha256(file.read_bytes()).hexdigest()
             total.update(f"{content} {file.relative_to(TREE)}\n".encode())
     return total.hexdigest()
@@ -293,25 +294,25 @@ def _build_apart(title: str, name: str, source: str, key: str, settings: Sequenc
     return folder
 
 
-def _board_settings(board: str, sdk: str, *, is_first: bool = False) -> tuple[str, ...]:
+def _board_settings(board: str, sdk: str, first: str) -> tuple[str, ...]:
     settings = (f"-DTORSIO_BOARD={board}", f"-DPICO_SDK_PATH={sdk}")
     # The assembler of the chips' I/O programs is compiled with the first board, for all.
-    pioasm = BUILD / "firmware" / BOARDS[0] / "pioasm-install/pioasm"
-    return settings if is_first else (*settings, f"-Dpioasm_DIR={pioasm}")
+    pioasm = BUILD / "firmware" / first / "pioasm-install/pioasm"
+    return settings if board == first else (*settings, f"-Dpioasm_DIR={pioasm}")
 
 
-def build_firmware(sdk: str) -> None:
-    """Build every board's firmware: ELF file, map and image."""
+def build_firmware(sdk: str, names: Sequence[str] = BOARDS) -> None:
+    """Build the firmware of boards: ELF file, map and image."""
     for file in (BUILD / "firmware").glob("torsio-*"):  # a board may be gone
         file.unlink()
     compiler = running.output_of("arm-none-eabi-g++", "-dumpfullversion").strip()
-    for board in BOARDS:
+    for board in names:
         folder = _build_apart(
             f"firmware ({board})",
             f"firmware/{board}",
             "firmware/boards",
             f"{sdk} {compiler} {_cmake_version()}",
-            _board_settings(board, sdk, is_first=board == BOARDS[0]),
+            _board_settings(board, sdk, names[0]),
         )
         for suffix in ("elf", "map"):
             shutil.copy2(folder / f"torsio-{board}.{suffix}", BUILD / "firmware")
@@ -328,16 +329,18 @@ def build_unguarded(sdk: str) -> None:
             f"unguarded/{board}",
             "build/unguarded/tree/firmware/boards",
             f"{sdk} {_cmake_version()}",
-            (*_board_settings(board, sdk), "-DTORSIO_WERROR=OFF"),
+            (*_board_settings(board, sdk, BOARDS[0]), "-DTORSIO_WERROR=OFF"),
         )
         image = folder / f"torsio-{board}"
         log = f"uf2-unguarded-{board}"
         run_logged(log, [PYTHON, "-m", "tools.uf2", f"{image}.elf", f"{image}.uf2"])
 
 
-def build_emulated() -> None:
-    """Build the programs for bare processors, and the boot ROM of the emulated board."""
-    for processor in PROCESSORS:
+def build_emulated(names: Sequence[str] = BOARDS) -> None:
+    """Build the programs for the processors of boards and for this machine, and the boot ROM."""
+    chips = boards.chips()
+    processors = [PROCESSORS[chips[board]] for board in names]
+    for processor in (*processors, "host"):
         _build_apart(
             f"programs for emulated processors ({processor})",
             f"mcu/{processor}",
@@ -345,8 +348,9 @@ def build_emulated() -> None:
             _cmake_version(),
             (f"-DTORSIO_PROCESSOR={processor}",),
         )
-    folder = BUILD / "mcu/m0plus"
-    copy = ("arm-none-eabi-objcopy", "-O", "binary")
-    programs = [folder / name for name in ("bench", "bench_core", "bench_shaft", "replay")]
-    run_logged("objcopy", *((*copy, program, f"{program}.bin") for program in programs))
+    if "m0plus" in processors:
+        folder = BUILD / "mcu/m0plus"
+        copy = ("arm-none-eabi-objcopy", "-O", "binary")
+        programs = [folder / name for name in ("bench", "bench_core", "bench_shaft", "replay")]
+        run_logged("objcopy", *((*copy, program, f"{program}.bin") for program in programs))
     run_logged("boot-rom", [PYTHON, "-m", "tests.board.pico"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from tools import usb_ids
-from tools.dev import building, environment, fresh
+from tools.dev import building, environment, fresh, groups
 from tools.dev.environment import PYTHON, VENV
 from tools.dev.running import (
     BUILD,
@@ -28,7 +29,6 @@ from tools.dev.running import (
     succeeds,
     without_aslr,
 )
-from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 # Everything that is made in the tree.
 MADE = (
@@ -38,8 +38,6 @@ MADE = (
 )
 # Tests wait about as long as they compute: for machines, browsers, knobs that keep to the clock.
 WORKERS = 2 * (os.cpu_count() or 1)
-# Starting a second browser takes as long as all other tests of the page.
-FIREFOX_TEST = "tests/studio/test_firefox.py"
 _PAGE = BUILD / "studio/page"
 # Groups of packages that wheels are made and tried with.
 _OF_WHEELS = ("windows", "wheels", "machines", "fresh")
@@ -88,54 +86,74 @@ def _build_packages(tinyusb: str) -> None:
         building.build_python(package, tinyusb)
 
 
-def test(arguments: Sequence[str]) -> int:
-    """Build everything and hand over to pytest.
+# System packages that a step of the build of the tests needs, and those who use what it builds.
+_PACKAGES = {
+    "firmware": ("firmware",),
+    "kernels": ("machines",),
+    "page": ("studio", "browser"),
+    "languages": ("languages",),
+    "documents": ("documents",),
+    "windows games": ("windows",),
+}
 
-    ``usb`` first selects the tests in real kernels, each on every kernel, ``games`` those of games
-    and of browsers that take minutes, ``boards`` those of the firmware, on both boards
-    those too that otherwise go to the boards in turn.
-    """
-    if arguments[:1] == ["boards"]:
-        arguments = ["tests/board", *arguments[1:]]
-        os.environ[building.EVERY_BOARD_VARIABLE] = "1"
-    only_games = arguments[:1] == ["games"]
-    only_usb = only_games or arguments[:1] == ["usb"]
-    if only_usb:
-        arguments = ["tests/vm", *arguments[1:]]
-        os.environ[EVERY_KERNEL_VARIABLE] = "1"
-    if only_games:
-        os.environ[GAMES_VARIABLE] = "1"
-        arguments = [FIREFOX_TEST, *arguments]
+
+def test(arguments: Sequence[str]) -> int:
+    """Build what the chosen groups of tests need, and hand over to pytest; see ``groups.py``."""
+    plan = groups.plan(arguments)
+    if plan.left_out:
+        say(f"left out, unchanged since they passed: {', '.join(plan.left_out)}")
+    if plan.groups:
+        _run_tests(plan)
+    say("nothing has changed; `./dev test all` runs everything again")
+    return 0
+
+
+def _run_tests(plan: groups.Plan) -> NoReturn:
+    say(f"groups of tests: {', '.join(plan.groups)}")
     with lock():
-        # What comes over the network comes while other things are compiled.
-        sources = building.FirmwareSources()
-        kernels = building.begin_fetching_kernels()
-        more: tuple[str, ...] = ("firmware", "studio", "browser", "languages", "documents")
-        if only_usb:
-            more = ("windows", "studio", "browser") if only_games else ()
-        coming = environment.begin("tests", "machines", "game", *more)
-        sources.require()
-        for preset in ("release", "asan-ubsan"):
-            building.build_preset(preset, sources.tinyusb)
-        coming.finish()
-        board = None if only_usb else building.begin_npm("tests/board")
-        # It takes one processor for a minute, beside what waits for the slowest of its sources.
-        page = building.begin_studio() if only_games or not only_usb else None
-        if not only_usb:
-            building.build_preset("tsan", sources.tinyusb)
-        _build_packages(sources.tinyusb)
-        if board is not None:
-            building.build_firmware(sources.sdk)
-            building.build_unguarded(sources.sdk)
-            building.build_emulated()
-            board.result()
-        if page is not None:
-            page.result()
-        kernels.result()
-        if only_games:
-            building.build_windows_games()
+        _build_tests(plan)
     say("running the tests")
-    become(*without_aslr(PYTHON, "-m", "pytest", "-n", str(WORKERS), *arguments))
+    os.environ.update(plan.variables)
+    os.environ[groups.BOARDS_VARIABLE] = " ".join(plan.boards)
+    os.environ[groups.TURN_VARIABLE] = str(plan.turn)
+    os.environ[groups.RUN_VARIABLE] = json.dumps(plan.run)
+    become(
+        *without_aslr(
+            PYTHON, "-m", "pytest", "-n", str(WORKERS), "--dist", "worksteal", *plan.arguments
+        )
+    )
+
+
+def _build_tests(plan: groups.Plan) -> None:
+    needs = plan.needs
+    # What comes over the network, and the page, whose compiler is Zig, come beside the rest.
+    sources = building.FirmwareSources()
+    kernels = building.begin_fetching_kernels() if "kernels" in needs else None
+    wanted = [name for need in _PACKAGES if need in needs for name in _PACKAGES[need]]
+    coming = environment.begin("tests", "game", *wanted)
+    sources.require()
+    for preset in ("release", "asan-ubsan"):
+        if preset in needs:
+            building.build_preset(preset, sources.tinyusb)
+    coming.finish()
+    beside = [building.begin_npm("tests/board")] if "firmware" in needs else []
+    beside += [building.begin_studio()] if "page" in needs else []
+    if "tsan" in needs:
+        building.build_preset("tsan", sources.tinyusb)
+    building.build_python(building.TORSIO, sources.tinyusb)
+    if "studies" in needs:
+        building.build_python(building.STUDIES, sources.tinyusb)
+    if "firmware" in needs:
+        building.build_firmware(sources.sdk, plan.boards)
+        building.build_emulated(plan.boards)
+    if "unguarded" in needs:
+        building.build_unguarded(sources.sdk)
+    for step in beside:
+        step.result()
+    if kernels is not None:
+        kernels.result()
+    if "windows games" in needs:
+        building.build_windows_games()
 
 
 def _handed_on(module: str, *groups: str) -> Callable[[Sequence[str]], int]:

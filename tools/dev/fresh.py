@@ -2,8 +2,8 @@
 
 ``debootstrap`` makes the system from the archive that this system's own apt uses, once; each run
 begins with a new copy of it. The commands run there as an ordinary user with sudo, in a clone whose
-path has a blank and a letter that is not ASCII, in the temporary folder: whatever a user's machine
-may have is met here at once.
+path has a blank and a letter that is not ASCII, in a home closed to others: whatever a user's
+machine may have is met here at once.
 
 What is mounted for the system is mounted in a name space of its own and goes with its last process,
 however that ends.
@@ -25,7 +25,8 @@ from tools.dev.running import BUILD, TREE, Failed, UsageError, become_root, run_
 
 COMMANDS = ("demo", "test")
 USER = "zoe"
-PLACE = "/tmp/Zoë's knob"
+HOME = f"/home/{USER}"  # closed to others, as Debian makes it
+PLACE = f"{HOME}/Zoë's knob"
 # How this machine reaches the network, as far as environment variables tell.
 _NETWORK = re.compile(
     r"(\w+_proxy|pip_\w+|npm_config_\w+|ssl_cert_(file|dir)|node_extra_ca_certs"
@@ -266,6 +267,7 @@ def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
         [*as_root, "chroot", system, "useradd", "--create-home", "--shell", "/bin/bash", USER],
         [*as_root, "cp", "-rT", "--preserve=mode,timestamps", copy, home],
         [*as_root, "chroot", system, "chown", "-R", f"{USER}:", PLACE],
+        [*as_root, "chroot", system, "chmod", "0700", HOME],
     )
     return _run_commands(suite, system, net, as_root, commands)
 
@@ -278,7 +280,7 @@ def _run_commands(
     commands: Sequence[Sequence[str]],
 ) -> int:
     variables = {
-        "HOME": f"/home/{USER}",
+        "HOME": HOME,
         "USER": USER,
         "LOGNAME": USER,
         "PATH": "/usr/local/bin:/usr/bin:/bin",

@@ -40,6 +40,22 @@ NOT_OVER_USB = {
     "test_emulated_device_is_always_listed_last": _NO_DEVICE,
 }
 
+# What a cable, a kernel or a second process may change; the rest runs with ``./dev test usb``.
+IN_EVERY_RUN = {
+    *("test_effects_of_a_scene_add_up", "test_stop_disarms_and_empties_the_scene"),
+    *("test_disarm_keeps_the_scene", "test_local_model_pulls_toward_its_reference"),
+    *("test_record_gives_every_tick_of_the_span_once", "test_telemetry_flags_tell_the_state"),
+    *("test_record_at_a_rate_takes_every_nth_tick", "test_zero_makes_this_position_the_origin"),
+    *("test_telemetry_iterator_gives_what_was_asked", "test_paced_device_takes_real_time"),
+    *("test_samples_lost_counts_what_a_slow_reader_missed", "test_torque_hand_turns_the_free_knob"),
+    *("test_configuration_comes_back_as_it_was_set", "test_emergency_stop_is_a_latched_fault"),
+    *("test_update_that_the_device_would_refuse_changes_nothing",),
+    *("test_named_emulated_device_keeps_what_it_saved", "test_waiting_lets_other_threads_run"),
+    *("test_close_from_another_thread_ends_a_waiting_call",),
+    *("test_ten_kilohertz_device_controls_at_ten_kilohertz",),
+    *("test_update_changes_fields_and_keeps_the_rest",),
+}
+
 
 @pytest.hookimpl(tryfirst=True)  # before what a mark rules out goes
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -47,8 +63,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if not item.nodeid.startswith(FOLDER):
             continue
         item.add_marker(pytest.mark.kernel("6.12"))
-        if getattr(item, "originalname", "") in NOT_OVER_USB:
+        name = getattr(item, "originalname", "")
+        if name in NOT_OVER_USB:
             items.remove(item)
+        elif name not in IN_EVERY_RUN:
+            item.add_marker(pytest.mark.whole)
 
 
 class World:

@@ -42,9 +42,7 @@ class KernelLog:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "kernel(name): runs on this kernel only, of all there are")
-    config.addinivalue_line("markers", "rather(name): on this kernel, where one is enough")
-    config.addinivalue_line("markers", "each_kernel: is about the kernel, runs on all there are")
+    config.addinivalue_line("markers", "kernel(name): where several are booted, on this one only")
     config.addinivalue_line("markers", "long: has a command of its own for its whole length")
     config.addinivalue_line("markers", "whole: one of many of a kind; runs with ./dev test usb")
     config.addinivalue_line("markers", "games: takes minutes; runs with ./dev test games")
@@ -61,11 +59,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
             if item.get_closest_marker("whole") and EVERY_KERNEL_VARIABLE not in os.environ:
                 continue
             mark = item.get_closest_marker("kernel")
-            if EVERY_KERNEL_VARIABLE not in os.environ:
-                mark = mark or item.get_closest_marker("rather")
             kernel = mark.args[0] if mark else guests.ANY_KERNEL
-            if item.get_closest_marker("each_kernel"):
-                kernel = guests.EACH_KERNEL
             if item.get_closest_marker("games"):
                 kernel = guests.WITH_GAMES
             print(guests.TEST_LINE, kernel, item.nodeid)

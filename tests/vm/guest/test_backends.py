@@ -125,6 +125,7 @@ def without_drivers() -> Iterator[None]:
             (DEVICES.parent / "drivers_probe").write_text(bus_id)
 
 
+@pytest.mark.whole
 @pytest.mark.pulls_cable
 @pytest.mark.usefixtures("udev")  # which tells libusb of what comes
 def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file_and_go(

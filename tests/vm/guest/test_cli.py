@@ -28,6 +28,7 @@ def answer(*arguments: str) -> Any:
     return json.loads(result.stdout)
 
 
+@pytest.mark.whole
 def test_list_shows_what_is_plugged_in_and_the_emulated_knob(
     two_knobs: tuple[VirtualKnob, VirtualKnob],
 ) -> None:
@@ -41,6 +42,7 @@ def test_list_shows_what_is_plugged_in_and_the_emulated_knob(
     assert emulated["path"] == "emulated"
 
 
+@pytest.mark.whole
 def test_info_tells_of_the_knob_that_is_named_by_its_serial_number(
     two_knobs: tuple[VirtualKnob, VirtualKnob],
 ) -> None:

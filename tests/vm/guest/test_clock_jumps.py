@@ -5,15 +5,12 @@ from __future__ import annotations
 import threading
 import time
 
-import pytest
-
 import torsio
 from tests.vm.guest.virtual_bus import VirtualKnob
 
 DAY_S = 86_400.0
 
 
-@pytest.mark.each_kernel
 def test_clock_that_is_set_disturbs_nobody(knob: VirtualKnob) -> None:
     over = threading.Event()
     jumps = 0

@@ -14,8 +14,6 @@ import torsio
 from tests.python import wire
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 
-pytestmark = pytest.mark.each_kernel
-
 # HIDIOCGRDESCSIZE and HIDIOCGRDESC of linux/hidraw.h
 _GET_SIZE = 0x80044801
 _GET_DESCRIPTOR = 0x90044802

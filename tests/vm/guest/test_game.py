@@ -27,8 +27,6 @@ from tests.vm.guest.torque_log import (
 )
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
 
-pytestmark = pytest.mark.each_kernel
-
 
 def test_driver_takes_all_that_is_advertised(knob: VirtualKnob) -> None:
     pad = Gamepad(knob)
@@ -120,6 +118,7 @@ def test_timed_effects_have_their_closed_form(bus: VirtualBus, tmp_path: Path) -
     assert {name: late for name, late in late_s.items() if abs(late) > 5e-3} == {}
 
 
+@pytest.mark.whole
 def test_start_delay_is_as_long_as_it_says(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)
@@ -168,6 +167,7 @@ def test_playing_effect_is_changed_scaled_stopped_and_erased(
     assert np.abs(np.array(held(torque)) - 0.75 * np.array(expected) / 32767).max() < 1e-3
 
 
+@pytest.mark.whole
 def test_forty_effects_are_erased_in_any_order(bus: VirtualBus, tmp_path: Path) -> None:
     # As ffcfstress and games that make an effect for each sound of their engine leave them.
     knob, log = plug(bus, tmp_path)
@@ -242,6 +242,7 @@ def extremes() -> list[Effect]:
     return found
 
 
+@pytest.mark.whole
 def test_effects_at_their_extremes_stay_within_the_cap(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     let_pass(knob, 0.3)  # nothing centres by itself

@@ -73,6 +73,7 @@ def owners_told(file: int) -> list[tuple[str, str]]:
             found.append(("event", _OWNERS[report[13]]))
 
 
+@pytest.mark.whole
 def test_onlooker_leaves_a_game_its_force(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)
@@ -89,6 +90,7 @@ def test_onlooker_leaves_a_game_its_force(bus: VirtualBus, tmp_path: Path) -> No
     assert held(torque) == pytest.approx([0, 1, 0], abs=1e-3)
 
 
+@pytest.mark.whole
 def test_force_that_was_started_in_vain_is_there_with_its_next_update(
     bus: VirtualBus, tmp_path: Path
 ) -> None:
@@ -163,6 +165,7 @@ def test_sdk_takes_over_and_gives_back_without_a_jump(bus: VirtualBus, tmp_path:
 _QUEUE = 64  # reports that Linux keeps for an endpoint, HID_OUTPUT_FIFO_SIZE
 
 
+@pytest.mark.whole
 @pytest.mark.kernel("6.1")
 @pytest.mark.floods_queue
 def test_flood_of_updates_is_late_by_no_more_than_linux_keeps(

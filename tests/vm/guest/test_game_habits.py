@@ -18,8 +18,6 @@ from tests.vm.guest.gamepad import Effect, Gamepad
 from tests.vm.guest.torque_log import FULL_NM, held, let_pass, plug, read_log
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
 
-pytestmark = pytest.mark.each_kernel
-
 
 def push(level: int, number: int = -1, direction: int = gamepad.RIGHT) -> Effect:
     return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction)
@@ -143,6 +141,7 @@ def test_update_brings_back_what_the_sdk_has_interrupted(bus: VirtualBus, tmp_pa
     )
 
 
+@pytest.mark.whole
 def test_older_effect_is_updated_after_another_kind_was_made(
     bus: VirtualBus, tmp_path: Path
 ) -> None:
@@ -173,6 +172,7 @@ def _game_hidraw(knob: VirtualKnob) -> Path:
     return path
 
 
+@pytest.mark.whole
 def test_program_that_closes_hidraw_leaves_no_force(bus: VirtualBus, tmp_path: Path) -> None:
     # As Wine's and Proton's services do: the reports are their own, and no driver sees them.
     knob, log = plug(bus, tmp_path)

@@ -19,6 +19,7 @@ PROGRAM = TREE / "build/asan-ubsan/examples/game/lockpick"
 LIFT_RAD = np.pi / 2  # of a lift of 1
 
 
+@pytest.mark.whole
 @pytest.mark.kernel("6.12")
 @pytest.mark.usefixtures("udev")
 def test_game_is_felt_at_the_knob_and_lets_go_when_interrupted(

@@ -35,6 +35,7 @@ def levels(found: list[tuple[np.ndarray, np.ndarray]]) -> list[float]:
     return [float(np.median(x[np.abs(x) > QUIET])) for _, x in found]
 
 
+@pytest.mark.whole
 @pytest.mark.kernel("6.12")
 def test_sdl_3_finds_all_forces_and_gives_them_their_directions(
     bus: VirtualBus, tmp_path: Path

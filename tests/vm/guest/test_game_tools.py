@@ -50,6 +50,7 @@ def test_fftest_plays_what_it_says(bus: VirtualBus, tmp_path: Path) -> None:
     assert levels[-2:] == pytest.approx([constant + spring, 0], abs=1e-3)
 
 
+@pytest.mark.whole
 def test_ffcfstress_moves_its_spring_in_many_small_steps(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)

@@ -16,6 +16,7 @@ pytestmark = pytest.mark.kernel("6.12")
 
 # These are about the device inside the process.
 NOT_OVER_USB = {"advance", "unpaced", "opening"}
+SHORT = ("read",)  # in every run
 
 
 def open_armed(serial: str) -> torsio.Knob:
@@ -25,7 +26,14 @@ def open_armed(serial: str) -> torsio.Knob:
     return opened
 
 
-@pytest.mark.parametrize("call", [call for call in CALLS if call not in NOT_OVER_USB])
+@pytest.mark.parametrize(
+    "call",
+    [
+        pytest.param(call, marks=[] if call in SHORT else [pytest.mark.whole])
+        for call in CALLS
+        if call not in NOT_OVER_USB
+    ],
+)
 def test_interrupt_ends_call_at_once_and_disarms(knob: VirtualKnob, call: str) -> None:
     def work(output: TextIO) -> None:
         with open_armed(knob.serial) as opened:

@@ -18,6 +18,7 @@ SHARE = Path("/torsio-share")
 
 
 @pytest.mark.long
+@pytest.mark.whole
 @pytest.mark.pulls_cable
 @pytest.mark.kernel("6.1")
 def test_many_unplugs_in_every_state(knob: VirtualKnob) -> None:

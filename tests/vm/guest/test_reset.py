@@ -5,12 +5,8 @@ from __future__ import annotations
 import fcntl
 import os
 
-import pytest
-
 import torsio
 from tests.vm.guest.virtual_bus import VirtualKnob
-
-pytestmark = pytest.mark.each_kernel
 
 _RESET = 0x5514  # USBDEVFS_RESET of linux/usbdevice_fs.h
 

@@ -76,6 +76,18 @@ NOT_OVER_USB = {
 }
 
 
+# How the cases begin that run in every run, and not with ``./dev test usb`` alone.
+IN_EVERY_RUN = (
+    *("a knob starts disarmed", "each kind of effect is accepted", "the old scene goes on"),
+    *("configuration comes back", "telemetry runs at the rate", "commands in the wrong state"),
+    *(
+        "calls of several threads on an attached",
+        "a watch tells of an attached",
+        "an unplug in any",
+    ),
+)
+
+
 def cases() -> list[str]:
     """Return the names of the cases, or nothing that could be run if there is no program."""
     if not TESTS.exists():
@@ -100,6 +112,15 @@ OVER_USB = [case for case in CASES if case not in NOT_OVER_USB]
 
 def pulls_cable(case: str) -> bool:
     return re.search("unplug|departures", case) is not None
+
+
+def marks(case: str) -> list[pytest.MarkDecorator]:
+    pulls = [pytest.mark.pulls_cable] if pulls_cable(case) else []
+    return (
+        pulls
+        if any(case.startswith(begin) for begin in IN_EVERY_RUN)
+        else [*pulls, pytest.mark.whole]
+    )
 
 
 @dataclass(frozen=True)
@@ -191,13 +212,7 @@ def test_results_that_a_crash_has_cut_off_have_only_the_cases_before_it() -> Non
     assert "a == b" in problems["bad"]
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, marks=[pytest.mark.pulls_cable] if pulls_cable(case) else [])
-        for case in OVER_USB
-    ],
-)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=marks(case)) for case in OVER_USB])
 def test_cpp(run_all: Callable[[bool], Run], case: str) -> None:
     run = run_all(pulls_cable(case))
     problem = run.problems.get(case)

@@ -20,7 +20,6 @@ STOPPED_S = 2.0  # of which the knob's watchdog waits a quarter of a second
 LATEST_S = 1.0
 
 
-@pytest.mark.each_kernel
 def test_program_that_was_stopped_is_told_that_its_knob_let_go_and_can_go_on(
     knob: VirtualKnob,
 ) -> None:
@@ -47,7 +46,7 @@ def test_program_that_was_stopped_is_told_that_its_knob_let_go_and_can_go_on(
     assert child.end().split() == ["watchdog", "disarmed", "True", "DisarmedWarning", "100"]
 
 
-@pytest.mark.each_kernel
+@pytest.mark.whole
 def test_knob_that_stood_still_is_there_again(knob: VirtualKnob) -> None:
     with torsio.open(knob.serial, command_timeout_s=0.5) as opened:
         opened.arm()

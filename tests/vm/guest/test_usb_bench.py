@@ -11,6 +11,7 @@ from tests.bench import bench_usb
 RATE_HZ = 1000.0
 
 
+@pytest.mark.whole
 @pytest.mark.kernel("6.1")
 def test_benchmark_measures_a_virtual_knob() -> None:
     with bench_usb.virtual_knob(RATE_HZ) as path:

@@ -1,0 +1,397 @@
+"""The groups of the tests: what each proves, what must be built for it, and which files it covers.
+
+``./dev test`` runs the groups that have changed since they last passed. A digest of the covered
+files tells; it is kept in ``build/tests``.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from tools.dev import building
+from tools.dev.running import BUILD, TREE, stamp_is, stamped
+from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
+
+# Tells the tests' conftest.py which groups run, and with which digests.
+RUN_VARIABLE = "TORSIO_TEST_RUN"
+# A number that chooses what takes turns; of what has changed, so that a change has one.
+TURN_VARIABLE = "TORSIO_TEST_TURN"
+# Builds whose C++ tests run, and boards whose firmware runs: names with blanks between them.
+PRESETS_VARIABLE, BOARDS_VARIABLE = "TORSIO_TEST_PRESETS", "TORSIO_TEST_BOARDS"
+
+# Has those tests run that are marked as slow, and no others.
+SLOW_VARIABLE = "TORSIO_TEST_SLOW"
+# Has those tests run that switch guards of the firmware off.
+UNGUARDED_VARIABLE = "TORSIO_TEST_UNGUARDED"
+
+# What is no source, at the top of the tree or below.
+_MADE = {
+    *("build", "out", "dist", "node_modules", "__pycache__"),
+    *(".venv", ".git", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
+}
+_BUILDING = ("CMakeLists.txt", "CMakePresets.json", "cmake", "pyproject.toml", "tests/conftest.py")
+_FIRMWARE = ("firmware/core", "firmware/protocol", "firmware/device")
+_LIBRARIES = (*_BUILDING, *_FIRMWARE, "firmware/usb", "firmware/boards", "emulator", "sdk")
+_PYTHON = (*_LIBRARIES, "bindings", "tests/python", "tests/golden")
+_CODE = (
+    *_PYTHON,
+    *("firmware", "studies", "studio", "examples", "tests", "tools", "dev", ".ci"),
+    *(".clang-format", ".editorconfig", ".gitignore"),
+)
+_BOARD_PAGES = ("docs/hardware.md", "docs/architecture.md", "docs/troubleshooting.md")
+_PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Tests that need the same.
+
+    Attributes
+    ----------
+    proves
+        In a few words, for the table in ``CONTRIBUTING.md``.
+    tests
+        Files and folders, from the top of the tree.
+    needs
+        Steps of the build; see ``commands.test``.
+    covers
+        Files and folders whose change may make a test fail, beside the tests themselves.
+    variables
+        For the environment of the tests.
+    slow
+        Runs only when it is named, and in ``.ci/slow``.
+    """
+
+    proves: str
+    tests: tuple[str, ...]
+    needs: tuple[str, ...]
+    covers: tuple[str, ...]
+    variables: Mapping[str, str] = field(default_factory=dict)
+    slow: bool = False
+
+    def digest(self) -> str:
+        """Return a checksum of all that the group covers."""
+        return building.digest((*self.covers, *self.tests))
+
+    def has(self, test: str) -> bool:
+        """Tell whether a test is in it, given as a path or as pytest's node id."""
+        path = PurePosixPath(test.partition("::")[0])
+        return any(path.is_relative_to(own) for own in self.tests)
+
+
+_COVERED_BY_CPP = (
+    *(*_LIBRARIES, "bindings", "studies/src", "studies/CMakeLists.txt", "examples"),
+    *("tests/cpp", "tests/fuzz", "tests/mutation", "tests/determinism", "tests/endurance"),
+    *("tests/golden", "tests/bench"),
+)
+_COVERED_BY_BOARDS = (*_PYTHON, "firmware", "studies", "tools", "tests/mutation", *_BOARD_PAGES)
+_COVERED_BY_KERNELS = (
+    *(*_PYTHON, "examples", "studio", "docs/protocol.md"),
+    *("tests/determinism", "tests/bench", "tests/endurance", "tests/cpp"),
+)
+# What pages say of measurements, and the programs that measure.
+_FIGURES = (
+    *("tests/board/test_binary.py", "tests/python/test_bench_batch.py"),
+    *("tests/python/test_bench_emulator.py", "tests/python/test_bench_games.py"),
+    *("tests/python/test_bench_host.py", "tests/python/test_bench_usb.py"),
+    *("tests/studies/test_bench_brake.py", "tests/studies/test_bench_stiffness.py"),
+)
+_FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
+_BOARD_NEEDS = ("firmware", "python", "studies")
+_EVERY_BOARD = {BOARDS_VARIABLE: " ".join(building.BOARDS)}
+
+GROUPS = {
+    "checks": Group(
+        "format, lint, types, layers; the tools' own tests",
+        (
+            *("tests/test_checks.py", "tests/test_dev.py", "tests/test_project.py"),
+            *("tests/test_firmware_tools.py", "tests/test_stack_bound.py"),
+            "tests/test_windows_plugin.py",
+        ),
+        ("release", "python", "studies"),
+        _CODE,
+    ),
+    "library": Group(
+        "the Python package: driver, emulated device, physics against their oracles",
+        ("tests/python", "tests/test_faults.py"),
+        ("python", "studies"),
+        (*_PYTHON, "studies", "tests/faults", "examples", "docs/testing.md"),
+    ),
+    "cpp": Group(
+        "C++ with address and undefined-behaviour sanitizers; fuzzing, mutants, lives",
+        (
+            *("tests/test_cpp.py", "tests/test_fuzz.py", "tests/test_mutation.py"),
+            *("tests/test_determinism.py", "tests/test_endurance.py", "tests/test_game.py"),
+        ),
+        ("release", "asan-ubsan", "python"),
+        _COVERED_BY_CPP,
+        {PRESETS_VARIABLE: "asan-ubsan"},
+    ),
+    "interfaces": Group(
+        "installed C and C++ libraries, and programs of other languages",
+        ("tests/c", "tests/test_install.py", "tests/test_other_systems.py"),
+        ("release", "languages", "python"),
+        (*_LIBRARIES, "examples", "tests/install", "docs/c.md", "tools"),
+    ),
+    "board": Group(
+        "the firmware's binary in an emulated chip; budgets of instructions, stack and RAM",
+        ("tests/board", "tests/mcu"),
+        _BOARD_NEEDS,
+        _COVERED_BY_BOARDS,
+    ),
+    "kernels": Group(
+        "virtual USB knobs in real Linux kernels",
+        ("tests/vm",),
+        ("release", "asan-ubsan", "python", "kernels"),
+        _COVERED_BY_KERNELS,
+    ),
+    "page": Group(
+        "the studio's page in Chromium, the emulated device as WebAssembly",
+        ("tests/studio",),
+        ("python", "page"),
+        (*_PYTHON, "studio", "docs/troubleshooting.md", "docs/hardware.md", "tools"),
+    ),
+    "studies": Group(
+        "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",
+        ("tests/studies",),
+        ("python", "studies"),
+        (*_PYTHON, "studies", "docs/studies", "docs/hardware.md"),
+    ),
+    "claims": Group(
+        "names that pages and sources share, printed files, what a package holds",
+        (
+            *("tests/test_claims.py", "tests/test_definition.py", "tests/test_release.py"),
+            "tests/test_udev.py",
+        ),
+        ("release", "python"),
+        (*_CODE, *_PAGES),
+    ),
+    "documents": Group(
+        "guides that run, links, what pages say of the code",
+        (
+            *("tests/test_guides.py", "tests/test_hardware_guide.py", "tests/test_site.py"),
+            "tests/test_troubleshooting.py",
+        ),
+        ("release", "python", "page", "documents"),
+        (*_PAGES, *_LIBRARIES, "bindings", "examples", "studio", "tools", "tests/c"),
+    ),
+    "threads": Group(
+        "the library's threads with the thread sanitizer",
+        ("tests/test_cpp.py",),
+        ("tsan", "python"),
+        _COVERED_BY_CPP,
+        {PRESETS_VARIABLE: "tsan"},
+        slow=True,
+    ),
+    "guards": Group(
+        "what each guard stands against: both boards, with it and without",
+        ("tests/board/test_guards.py",),
+        (*_BOARD_NEEDS, "unguarded"),
+        _COVERED_BY_BOARDS,
+        {**_EVERY_BOARD, building.EVERY_BOARD_VARIABLE: "1", UNGUARDED_VARIABLE: "1"},
+        slow=True,
+    ),
+    "figures": Group(
+        "what pages say of binaries and benchmarks",
+        _FIGURES,
+        ("release", *_BOARD_NEEDS),
+        (*_COVERED_BY_BOARDS, "tests/bench"),
+        _EVERY_BOARD,
+        slow=True,
+    ),
+    "slow": Group(
+        "builds of other kinds, studies on a cluster, learning",
+        ("tests/test_install.py", "tests/python", "tests/studies"),
+        ("release", "python", "studies"),
+        (*_COVERED_BY_BOARDS, "examples", "tests/install", "docs"),
+        {SLOW_VARIABLE: "1"},
+        slow=True,
+    ),
+    "boards": Group(
+        "the firmware's binaries, each test on both boards",
+        ("tests/board", "tests/mcu"),
+        _BOARD_NEEDS,
+        _COVERED_BY_BOARDS,
+        {**_EVERY_BOARD, building.EVERY_BOARD_VARIABLE: "1"},
+        slow=True,
+    ),
+    "usb": Group(
+        "all tests with kernels, each on every kernel",
+        ("tests/vm",),
+        ("release", "asan-ubsan", "python", "kernels"),
+        _COVERED_BY_KERNELS,
+        {EVERY_KERNEL_VARIABLE: "1"},
+        slow=True,
+    ),
+    "games": Group(
+        "a Windows game under Wine, Debian's newest kernels, Firefox",
+        ("tests/vm", _FIREFOX),
+        ("release", "asan-ubsan", "python", "kernels", "page", "windows games"),
+        _COVERED_BY_KERNELS,
+        {EVERY_KERNEL_VARIABLE: "1", GAMES_VARIABLE: "1"},
+        slow=True,
+    ),
+}
+EVERY_CHANGE = [name for name, group in GROUPS.items() if not group.slow]
+# What pytest's own words choose from where no group or path is named: these need the least.
+QUICK = ("library", "cpp")
+# Words of pytest's that leave out no test.
+_HARMLESS = ("--junitxml", "--durations", "-v", "-q", "-r", "-s", "--tb", "--color")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a call of ``./dev test`` runs.
+
+    Attributes
+    ----------
+    groups
+        Names.
+    arguments
+        For pytest.
+    left_out
+        Names of groups that have not changed since they passed.
+    run
+        Digest of each group that runs whole; see `remember`.
+    """
+
+    groups: tuple[str, ...]
+    arguments: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
+    run: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def needs(self) -> set[str]:
+        """Steps of the build."""
+        return {need for name in self.groups for need in GROUPS[name].needs}
+
+    @property
+    def turn(self) -> int:
+        """Return what chooses the board and the kernel of a change."""
+        return int(GROUPS["board"].digest()[:8], 16)
+
+    @property
+    def boards(self) -> tuple[str, ...]:
+        """Boards whose firmware runs: one whose turn it is, if not all."""
+        named = self.variables.get(BOARDS_VARIABLE, "").split()
+        return tuple(named) or (building.BOARDS[self.turn % len(building.BOARDS)],)
+
+    @property
+    def variables(self) -> dict[str, str]:
+        """For the environment of the tests."""
+        found: dict[str, list[str]] = {}
+        for name in self.groups:
+            for key, value in GROUPS[name].variables.items():
+                found.setdefault(key, []).append(value)
+        return {key: " ".join(values) for key, values in found.items()}
+
+
+def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]:
+    """Return a line for each group: how many tests passed and failed, and what they took.
+
+    Parameters
+    ----------
+    stats
+        pytest's reports by outcome.
+    chosen
+        Groups that run whole; where none does, each test counts for the first that has it.
+    """
+    known = [*chosen] or [*GROUPS]
+    count: Counter[tuple[str, str]] = Counter()
+    seconds: dict[str, float] = defaultdict(float)
+    for outcome in ("passed", "failed", "error", ""):  # without a name: setting up, and the like
+        for report in stats.get(outcome, []):
+            name = next((name for name in known if GROUPS[name].has(report.nodeid)), "")
+            count[name, outcome] += 1
+            seconds[name] += getattr(report, "duration", 0.0)
+    return [
+        f"{name:10} {count[name, 'passed']:5} passed "
+        f"{count[name, 'failed'] + count[name, 'error']:3} failed {seconds[name]:6.0f} s"
+        for name in known
+        if seconds[name]
+    ]
+
+
+def not_covered(test: str, files: Iterable[str]) -> list[str]:
+    """Return those of some files of the tree that no group with this test covers."""
+    found = [group for group in GROUPS.values() if group.has(test)]
+    covers = [cover for group in found for cover in (*group.covers, *group.tests)]
+    return [
+        str(path)
+        for path in map(PurePosixPath, files)
+        if found
+        and not _MADE & set(path.parts)
+        and not any(path.is_relative_to(cover) for cover in covers)
+    ]
+
+
+def _stamp(name: str) -> Path:
+    return BUILD / "tests" / f"{name}.passed"
+
+
+def remember(run: Mapping[str, str], failed: Iterable[str]) -> None:
+    """Note the digests of groups that ran whole and of which no test failed, given as node ids."""
+    failed = list(failed)
+    for name, digest in run.items():
+        if not any(GROUPS[name].has(test) for test in failed):
+            with stamped(_stamp(name), digest):
+                pass
+
+
+def _paths(words: Sequence[str]) -> list[str]:
+    """Return those of pytest's words that are paths of tests."""
+    values = [word for option, word in itertools.pairwise(words) if option in ("-k", "-m")]
+    found = [word for word in words if not word.startswith("-") and word not in values]
+    return [path for path in found if (TREE / path.partition("::")[0]).exists()]
+
+
+def _of_path(path: str) -> list[str]:
+    """Return the groups that run a path: the one that names its very file, or those around it."""
+    file = path.partition("::")[0].rstrip("/")
+    exact = [name for name, group in GROUPS.items() if file in group.tests]
+    around = [
+        name
+        for name in EVERY_CHANGE
+        if GROUPS[name].has(path)
+        or any(PurePosixPath(own).is_relative_to(file) for own in GROUPS[name].tests)
+    ]
+    return exact[:1] or around
+
+
+def _tests(names: Sequence[str]) -> list[str]:
+    """Return the paths of groups, with words that leave out what slow groups have below them."""
+    paths = list(dict.fromkeys(path for name in names for path in GROUPS[name].tests))
+    below = [
+        file
+        for file in (*_FIGURES, _FIREFOX)
+        if file not in paths and any(file.startswith(f"{path}/") for path in paths)
+    ]
+    return [*paths, *(f"--ignore={file}" for file in below)]
+
+
+def plan(words: Sequence[str]) -> Plan:
+    """Choose groups by the words behind ``./dev test``: names of groups, then pytest's own."""
+    names: list[str] = []
+    rest = list(words)
+    while rest and rest[0] in (*GROUPS, "all"):
+        word = rest.pop(0)
+        names += EVERY_CHANGE if word == "all" else [word]
+    paths = _paths(rest)
+    if paths:
+        found = [name for path in paths for name in _of_path(path)]
+        return Plan(tuple(dict.fromkeys([*names, *found])), tuple(rest))
+    whole = all(word.startswith(_HARMLESS) for word in rest)
+    if not names and not whole:
+        return Plan(QUICK, (*_tests(QUICK), *rest))
+    digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
+    left_out = [
+        name for name, digest in digests.items() if not names and stamp_is(_stamp(name), digest)
+    ]
+    chosen = [name for name in digests if name not in left_out]
+    run = {name: digests[name] for name in chosen} if whole else {}
+    return Plan(tuple(chosen), (*_tests(chosen), *rest), tuple(left_out), run)
