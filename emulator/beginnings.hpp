@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 #include <string_view>
-#include <tuple>
 
 #include "torsio/field.hpp"
 
@@ -38,30 +37,32 @@ struct InitialState {
 template <>
 struct Fields<SpinUp> {
   static constexpr std::string_view name = "SpinUp";
-  static constexpr std::tuple list{
-      field("motor_command_nm", &SpinUp::motor_command_nm, "N m", -1e15, 1e15, ""),
-      field("speed_rad_s", &SpinUp::speed_rad_s, "rad/s", 1e-15, 1e15,
-            "to be reached in the direction of the torque"),
-      field("longest_s", &SpinUp::longest_s, "s", 1e-15, 1e15, "giving up after"),
-  };
+  template <class Visit>
+  static constexpr decltype(auto) apply(Visit&& visit) {
+    return visit(field("motor_command_nm", &SpinUp::motor_command_nm, "N m", -1e15, 1e15, ""),
+                 field("speed_rad_s", &SpinUp::speed_rad_s, "rad/s", 1e-15, 1e15,
+                       "to be reached in the direction of the torque"),
+                 field("longest_s", &SpinUp::longest_s, "s", 1e-15, 1e15, "giving up after"));
+  }
 };
 template <>
 struct Fields<InitialState> {
   static constexpr std::string_view name = "InitialState";
-  static constexpr std::tuple list{
-      field("time_s", &InitialState::time_s, "s", 0.0, 1e9, ""),
-      field("revolutions", &InitialState::revolutions, "", -1e12, 1e12,
-            "whole turns, exact however many"),
-      field("angle_rad", &InitialState::angle_rad, "rad", -1e9, 1e9, "beyond them"),
-      field("speed_rad_s", &InitialState::speed_rad_s, "rad/s", -1e15, 1e15,
-            "of knob and brake together"),
-      field("twist_rad", &InitialState::twist_rad, "rad", -1e9, 1e9,
-            "of the shaft spring: knob minus brake"),
-      field("motor_torque_nm", &InitialState::motor_torque_nm, "N m", -1e15, 1e15,
-            "after the motor's lag"),
-      field("brake_magnetic_nm", &InitialState::brake_magnetic_nm, "N m", 0.0, 1e15,
-            "what the brake holds by its current, without its drag"),
-  };
+  template <class Visit>
+  static constexpr decltype(auto) apply(Visit&& visit) {
+    return visit(field("time_s", &InitialState::time_s, "s", 0.0, 1e9, ""),
+                 field("revolutions", &InitialState::revolutions, "", -1e12, 1e12,
+                       "whole turns, exact however many"),
+                 field("angle_rad", &InitialState::angle_rad, "rad", -1e9, 1e9, "beyond them"),
+                 field("speed_rad_s", &InitialState::speed_rad_s, "rad/s", -1e15, 1e15,
+                       "of knob and brake together"),
+                 field("twist_rad", &InitialState::twist_rad, "rad", -1e9, 1e9,
+                       "of the shaft spring: knob minus brake"),
+                 field("motor_torque_nm", &InitialState::motor_torque_nm, "N m", -1e15, 1e15,
+                       "after the motor's lag"),
+                 field("brake_magnetic_nm", &InitialState::brake_magnetic_nm, "N m", 0.0, 1e15,
+                       "what the brake holds by its current, without its drag"));
+  }
 };
 
 }  // namespace torsio

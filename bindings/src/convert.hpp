@@ -12,7 +12,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -25,7 +24,7 @@
 namespace torsio::bindings {
 
 template <class T>
-concept Listed = requires { Fields<T>::list; };
+concept Listed = requires { Fields<T>::name; };
 
 template <class T>
 concept Named = requires { Names<T>::values; };
@@ -93,9 +92,8 @@ template <Listed T>
 T from_python(const pybind11::handle& source) {
   T made{};
   const Attributes from(source, Fields<T>::name);
-  std::apply(
-      [&](const auto&... field) { (read(from, field.name.data(), made.*field.member), ...); },
-      Fields<T>::list);
+  Fields<T>::apply(
+      [&](const auto&... field) { (read(from, field.name.data(), made.*field.member), ...); });
   return made;
 }
 
@@ -105,11 +103,9 @@ template <class T>
 pybind11::object to_python(const T& value) {
   if constexpr (Listed<T>) {
     pybind11::dict dict;
-    std::apply(
-        [&](const auto&... field) {
-          ((dict[field.name.data()] = to_python(value.*field.member)), ...);
-        },
-        Fields<T>::list);
+    Fields<T>::apply([&](const auto&... field) {
+      ((dict[field.name.data()] = to_python(value.*field.member)), ...);
+    });
     return dict;
   } else if constexpr (is_optional<T>) {
     return value ? to_python(*value) : pybind11::none();
@@ -142,7 +138,7 @@ pybind11::dtype row_type() {
     offsets.append(reinterpret_cast<const char*>(&(row.*field.member)) -
                    reinterpret_cast<const char*>(&row));
   };
-  std::apply([&](const auto&... field) { (one(field), ...); }, Fields<T>::list);
+  Fields<T>::apply([&](const auto&... field) { (one(field), ...); });
   return pybind11::dtype(names, formats, offsets, static_cast<pybind11::ssize_t>(sizeof(T)));
 }
 
@@ -159,7 +155,7 @@ void register_rows() {
          sizeof(Value), pybind11::format_descriptor<Value>::format(),
          pybind11::detail::npy_format_descriptor<Value>::dtype()});
   };
-  std::apply([&](const auto&... field) { (one(field), ...); }, Fields<T>::list);
+  Fields<T>::apply([&](const auto&... field) { (one(field), ...); });
   pybind11::detail::npy_format_descriptor<T>::register_dtype(columns);
 }
 
@@ -169,8 +165,8 @@ void clear_padding(std::vector<T>& rows) {
   for (T& row : rows) {
     const T fields = row;
     std::memset(static_cast<void*>(&row), 0, sizeof(T));
-    std::apply([&](const auto&... field) { ((row.*field.member = fields.*field.member), ...); },
-               Fields<T>::list);
+    Fields<T>::apply(
+        [&](const auto&... field) { ((row.*field.member = fields.*field.member), ...); });
   }
 }
 

@@ -4,7 +4,6 @@
 
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
 
 #include "torsio/plant_fields.hpp"
@@ -45,8 +44,8 @@ void require_range(const Value& value, const Field& field, const std::string& wh
 /// Every number of a structure and of its parts.
 template <class Struct>
 void require_ranges(const Struct& given, const std::string& where) {
-  std::apply([&](const auto&... field) { (require_range(given.*field.member, field, where), ...); },
-             Fields<Struct>::list);
+  Fields<Struct>::apply(
+      [&](const auto&... field) { (require_range(given.*field.member, field, where), ...); });
 }
 
 /// A value that stands for a field of the user's structure, such as a path in the plant's time.
@@ -57,7 +56,7 @@ void require_as(T Struct::* member, const Value& value, const std::string& where
       if (field.member == member) require_range(value, field, where);
     }
   };
-  std::apply([&](const auto&... field) { (one(field), ...); }, Fields<Struct>::list);
+  Fields<Struct>::apply([&](const auto&... field) { (one(field), ...); });
 }
 
 }  // namespace torsio::emulator

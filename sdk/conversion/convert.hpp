@@ -9,11 +9,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "conversion/field_check.hpp"
+#include "conversion/host_fields.hpp"
 #include "conversion/wire_types.hpp"
 #include "protocol/codec.hpp"
 #include "torsio/fields.hpp"
@@ -21,7 +21,7 @@
 namespace torsio::conversion {
 
 template <class Struct>
-concept Listed = requires { Fields<Struct>::list; };
+concept Listed = requires { Fields<Struct>::name; };
 
 namespace detail {
 
@@ -53,7 +53,7 @@ void for_each_pair(Visit&& visit) {
   using WireFields = std::remove_cvref_t<decltype(wire_fields)>;
   [&]<std::size_t... I>(std::index_sequence<I...>) {
     const auto one = [&]<std::size_t Index>(std::integral_constant<std::size_t, Index>) {
-      constexpr const auto& host_field = std::get<Index>(Fields<Host>::list);
+      constexpr const auto& host_field = host_fields<Host>.template get<Index>();
       constexpr std::size_t place = wire_place<Wire>(host_field.name);
       if constexpr (place < WireFields::size) {
         constexpr const auto& wire_field = wire_fields.template get<place>();
@@ -63,7 +63,7 @@ void for_each_pair(Visit&& visit) {
       }
     };
     (one(std::integral_constant<std::size_t, I>{}), ...);
-  }(std::make_index_sequence<std::tuple_size_v<decltype(Fields<Host>::list)>>{});
+  }(std::make_index_sequence<host_fields<Host>.size>{});
 }
 
 /// The double that a person would write for this float: 0.1F comes back as 0.1.

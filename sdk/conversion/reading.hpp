@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <numbers>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
+#include "conversion/host_fields.hpp"
 #include "conversion/wire_types.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
@@ -59,7 +59,7 @@ template <class Host, class Wire>
 void read_into(Host& host, const Wire& wire, const protocol::Identity& device) {
   constexpr const auto& reported = protocol::Layout<Wire>::fields;
   const auto one = [&]<std::size_t Index>(std::integral_constant<std::size_t, Index>) {
-    constexpr const auto& to = std::get<Index>(Fields<Host>::list);
+    constexpr const auto& to = host_fields<Host>.template get<Index>();
     constexpr std::size_t place = detail::told_place<Wire>(to.name);
     if constexpr (place < std::remove_cvref_t<decltype(reported)>::size) {
       constexpr const auto& from = reported.template get<place>();
@@ -76,7 +76,7 @@ void read_into(Host& host, const Wire& wire, const protocol::Identity& device) {
   };
   [&]<std::size_t... I>(std::index_sequence<I...>) {
     (one(std::integral_constant<std::size_t, I>{}), ...);
-  }(std::make_index_sequence<std::tuple_size_v<decltype(Fields<Host>::list)>>{});
+  }(std::make_index_sequence<host_fields<Host>.size>{});
 }
 
 /// The same as a structure, whose other fields are as they begin.

@@ -59,13 +59,11 @@ std::string value_text(const T& value) {
 template <class Config>
 std::string fields_text(const Config& config) {
   std::string text;
-  std::apply(
-      [&](const auto&... field) {
-        ((text += (text.empty() ? "    \"" : ",\n    \"") + std::string(field.name) +
-                  "\": " + value_text(config.*field.member)),
-         ...);
-      },
-      Fields<Config>::list);
+  Fields<Config>::apply([&](const auto&... field) {
+    ((text += (text.empty() ? "    \"" : ",\n    \"") + std::string(field.name) +
+              "\": " + value_text(config.*field.member)),
+     ...);
+  });
   return text;
 }
 
@@ -198,14 +196,12 @@ template <class Config>
 void assign_fields(const ConfigPart& part, Config& config) {
   for (const ConfigMember& member : part.members) {
     bool known = false;
-    std::apply(
-        [&](const auto&... field) {
-          ((field.name == member.name
-                ? (assign_field(field.name, member.value, config.*field.member), known = true)
-                : false),
-           ...);
-        },
-        Fields<Config>::list);
+    Fields<Config>::apply([&](const auto&... field) {
+      ((field.name == member.name
+            ? (assign_field(field.name, member.value, config.*field.member), known = true)
+            : false),
+       ...);
+    });
     if (!known) throw InvalidArgument(part.name + " has no field '" + member.name + "'");
   }
 }

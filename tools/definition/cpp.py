@@ -312,7 +312,8 @@ def field_list(of: Structure) -> str:
     """Write the list of a structure's fields, for users."""
     out = f"template <>\nstruct Fields<{of.name}> {{\n"
     out += f"static constexpr std::string_view name = {quoted(of.name)};\n"
-    out += "static constexpr std::tuple list{\n"
+    out += "template <class Visit>\nstatic constexpr decltype(auto) apply(Visit&& visit) {\nreturn visit(\n"
+    fields = []
     for field in of.host_fields:
         bounded = field.low is not None and field.high is not None and field.kind != "angle"
         low, high = (
@@ -320,8 +321,8 @@ def field_list(of: Structure) -> str:
             if bounded
             else ("-kNoLimit", "kNoLimit")
         )
-        out += (
+        fields.append(
             f"field({quoted(field.name)}, &{of.name}::{field.name}, {quoted(field.unit)}, "
-            f"{low}, {high}, {quoted(field.doc)}),\n"
+            f"{low}, {high}, {quoted(field.doc)})"
         )
-    return out + "};\n};\n"
+    return out + ",\n".join(fields) + ");\n}\n};\n"

@@ -102,7 +102,7 @@ def sdk_fields() -> str:
         "The fields of every public structure by name, with unit, range and sentence, and the names of "
         "every enumeration's values: for tools that show, keep or edit them.",
         (
-            "<array>", "<string_view>", "<tuple>", "torsio/config.hpp", "torsio/emulator_options.hpp",
+            "<array>", "<string_view>", "torsio/config.hpp", "torsio/emulator_options.hpp",
             "torsio/field.hpp", "torsio/scene.hpp", "torsio/telemetry.hpp",
         ),
         body,
@@ -179,7 +179,7 @@ def emulator_plant_fields() -> str:
     )
     return _sdk_header(
         "The fields of the emulated knob's structures by name, as fields.hpp has the others.",
-        ("<array>", "<string_view>", "<tuple>", "torsio/field.hpp", "torsio/plant.hpp"),
+        ("<array>", "<string_view>", "torsio/field.hpp", "torsio/plant.hpp"),
         body,
         PLANT_LISTS,
     )
@@ -190,7 +190,7 @@ def emulator_rows() -> str:
     body = "".join(map(cpp.host_structure, plant.ROWS)) + "".join(map(cpp.field_list, plant.ROWS))
     return _sdk_header(
         "Rows of the records that a plant alone and a closed loop give.",
-        ("<cstdint>", "<string_view>", "<tuple>", "torsio/field.hpp"),
+        ("<cstdint>", "<string_view>", "torsio/field.hpp"),
         body,
         PLANT_LISTS,
     )
@@ -202,7 +202,7 @@ def emulator_beginnings() -> str:
     body += "".join(map(cpp.field_list, plant.BEGINNINGS))
     return _sdk_header(
         "How a plant and a closed loop may begin, if not at rest.",
-        ("<cstdint>", "<limits>", "<string_view>", "<tuple>", "torsio/field.hpp"),
+        ("<cstdint>", "<limits>", "<string_view>", "torsio/field.hpp"),
         body,
         PLANT_LISTS,
     )

@@ -29,7 +29,9 @@ constexpr Field<Struct, T> field(std::string_view name, T Struct::* member, std:
   return {name, member, unit, low, high, doc};
 }
 
-/// `name` of a structure, and `list`, a tuple of its fields. Specialised in fields.hpp.
+/// `name` of a structure, and `apply(visit)`, which returns visit(field...) of all its fields.
+/// Specialised in fields.hpp. No tuple: one of so many types takes every source that includes it
+/// seconds and a hundred megabytes to compile.
 template <class Struct>
 struct Fields;
 
