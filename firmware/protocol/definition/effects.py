@@ -14,11 +14,11 @@ from firmware.protocol.definition.constants import (
     MAX_EFFECTS,
     MAX_INERTIA_KG_M2,
     MAX_SPAN_TURNS_Q32,
-    MIN_SPAN_TURNS_Q32,
     MAX_STIFFNESS_NM_PER_RAD,
     MAX_TIME_S,
     MAX_TORQUE_NM,
     MAX_TURNS_Q32,
+    MIN_SPAN_TURNS_Q32,
 )
 from tools.definition.model import (
     Bound,
