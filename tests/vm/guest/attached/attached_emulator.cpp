@@ -128,7 +128,8 @@ class AttachedEmulator final : public Emulator {
 
   void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
 
-  void unplug() override {
+  void unplug(double after_s) override {
+    if (after_s > 0.0) only_in_process("unplug at a later moment");
     attached_->unplug();
     // The kernel has let go; the thread that reads has yet to hear of it.
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
