@@ -141,6 +141,7 @@ def test_all_members_of_the_cpp_classes_have_a_twin() -> None:
         "Knob.configure": "torsio_knob_set_control_config",
         "Knob.update": "torsio_knob_set_control_config",
         "Knob.emulator": "torsio_emulator_advance",
+        "Knob.disarm_to_close": "torsio_knob_close",
         "Knob.Knob": "torsio_knob_open",
         "Emulator.set_hand": "torsio_emulator_set_torque_hand",
         "DeviceWatch.stop": "torsio_watch_free",
