@@ -49,8 +49,9 @@ struct BoundState {
   std::int32_t widest_counts = 0;  // of the swings before that did not get smaller
   std::uint32_t swings = 0;        // in a row that did not get smaller
   std::uint32_t turned_tick = 0;
-  std::uint32_t flickers = 0;  // changes of the count in a row within what counts as rest
-  std::uint32_t flicker_tick = 0;
+  std::uint32_t flickers = 0;       // changes of the count in a row within what counts as rest
+  std::uint32_t flicker_tick = 0;   // of the last change
+  std::uint32_t flicker_begin = 0;  // tick of the first
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
   float share = 1;                  // of the bound to begin with that is left
   float trust = 1;        // of what the spring is taken to give that the motor may take up
@@ -107,8 +108,11 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
     state.flickers = 0;
     state.flicker_counts = state.swing_counts;
   }
+  if (state.flickers == 0) state.flicker_begin = now;
   state.flicker_tick = now;
-  if (++state.flickers < kFlickers) return;
+  // A slow hand goes on sooner, though its counts flicker with the encoder's noise.
+  if (++state.flickers < kFlickers || now - state.flicker_begin < 2 * state.params.flicker_ticks)
+    return;
   state.flickers = 0;
   if (state.share > state.params.quiet_share) {
     set_share(state, larger(0.6F * state.share, state.params.quiet_share));

@@ -16,7 +16,8 @@ class DeviceLock {
   /// @param shared_directory where the user's own directory is made if there is no such
   ///        $XDG_RUNTIME_DIR; if what has its name there is another's, a link, or open to others,
   ///        nothing is locked
-  /// @throws DeviceBusy if somebody, maybe this very process, holds it, or its file is another user's
+  /// @throws DeviceBusy if somebody, maybe this very process, holds it, or its file is another
+  /// user's
   explicit DeviceLock(const std::string& device_path, const std::string& shared_directory = "/tmp");
   ~DeviceLock();
   DeviceLock(const DeviceLock&) = delete;

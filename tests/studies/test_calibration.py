@@ -77,6 +77,12 @@ def test_error_in_a_wall_is_the_same_wherever_the_knob_lies_in_a_count() -> None
     assert min(errors) < one < max(errors)
 
 
+def test_noise_of_the_encoder_costs_a_slow_hand_none_of_its_wall() -> None:
+    # A quarter of a count flickers from tick to tick, and is no swing.
+    assert hidden_knob(1003).plant.encoder_noise_counts > 0.2
+    assert wall_error(hidden_knob(1003).plant) < 0.03
+
+
 def test_nearly_all_intervals_hold_the_truth(rows: list[dict[str, float]]) -> None:
     scores = [
         (row[f"{name}_value"] - row[f"{name}_truth"]) / row[f"{name}_sigma"]

@@ -85,7 +85,7 @@ class Group:
 
 
 _COVERED_BY_CPP = (
-    *(*_LIBRARIES, "bindings", "studies/src", "studies/CMakeLists.txt", "examples"),
+    *(*_LIBRARIES, "firmware", "bindings", "studies", "studio", "examples", "tools"),
     *("tests/cpp", "tests/fuzz", "tests/mutation", "tests/determinism", "tests/endurance"),
     *("tests/golden", "tests/bench"),
 )
@@ -178,7 +178,16 @@ GROUPS = {
             "tests/test_troubleshooting.py",
         ),
         ("release", "python", "page", "documents"),
-        (*_PAGES, *_LIBRARIES, "bindings", "examples", "studio", "tools", "tests/c"),
+        (
+            *_PAGES,
+            *_LIBRARIES,
+            "bindings",
+            "examples",
+            "studio",
+            "tools",
+            "tests/c",
+            "tests/vm/guest",
+        ),
     ),
     "threads": Group(
         "the library's threads with the thread sanitizer",

@@ -155,14 +155,15 @@ TEST_CASE("swings that get smaller, a hand's, and an encoder that flickers leave
 TEST_CASE("a flicker brings down what a count switches of the scene, then of the sensor") {
   Bench bench;
   bench.state.params.quiet_share = 0.3F;
-  bench.state.params.flicker_ticks = 5;
+  bench.state.params.flicker_ticks = 4;
   bench.swing(3, 1);
   double share = 1.0;
   double trust = 1.0;
-  for (int n = 1; n <= 40; ++n) {
+  for (int n = 1; n <= 54; ++n) {
     bench.step(0.0, n % 2 == 0 ? 1 : -1);
-    if (n % 8 == 0 && share == 0.3) trust *= 0.6;
-    if (n % 8 == 0) share = std::max(0.6 * share, 0.3);
+    // Eight ticks and more behind the first change, twice what may pass between two.
+    if (n % 9 == 0 && share == 0.3) trust *= 0.6;
+    if (n % 9 == 0) share = std::max(0.6 * share, 0.3);
     CHECK(static_cast<double>(bench.state.share) == Approx(share));
     CHECK(static_cast<double>(bench.state.trust) == Approx(trust));
   }
@@ -174,6 +175,18 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
   bench.step(0.0, -1);
   CHECK(bench.state.share == 1.0F);
   CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("counts that flicker for a moment only are the encoder's noise under a slow hand") {
+  Bench bench;
+  bench.state.params.quiet_share = 0.3F;
+  bench.state.params.flicker_ticks = 10;
+  bench.swing(3, 1);
+  for (int part = 0; part < 5; ++part) {
+    for (int n = 0; n < 18; ++n) bench.step(0.0, n % 2 == 0 ? -1 : 1);
+    CHECK(bench.state.share == 1.0F);
+    bench.swing(3, 1);
+  }
 }
 
 TEST_CASE("counts that change slowly are no flicker") {

@@ -111,7 +111,6 @@ class Player:
         self.drive: Drive | None = None
         self.torque_share = 1.0
         self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
-        self._begin_s = knob.clock().time_s
 
     @classmethod
     def playing(cls, knob: Knob) -> Player:
@@ -138,6 +137,7 @@ class Player:
             knob.configure(replace(self._control, motor_slew_nm_per_s=0.0, autonomous=False))
             self._period_s = 1.0 / knob.start_telemetry()
             self.drive = drive_of(knob)
+            self._begin_s = knob.clock().time_s
             return self
         except BaseException:
             self.__exit__()
