@@ -114,7 +114,7 @@ def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
     [
         ("-k wall", "library cpp", "asan-ubsan python release studies"),
         ("tests/board -k wall", "board", "firmware python studies"),
-        ("tests/python/test_knob.py::test_x -x", "library", "python studies"),
+        ("tests/python/test_knob.py::test_x -x", "library", "python release studies"),
         ("threads", "threads", "python tsan"),
         ("tests/board/test_guards.py", "guards", "firmware python studies unguarded"),
     ],

@@ -138,7 +138,10 @@ class Knob::Impl {
           model.damping_nm_s_per_rad <= streamed_.damping_nm_s_per_rad) {
         return {};
       }
-      streamed_ = model;
+      streamed_.stiffness_nm_per_rad =
+          std::max(streamed_.stiffness_nm_per_rad, model.stiffness_nm_per_rad);
+      streamed_.damping_nm_s_per_rad =
+          std::max(streamed_.damping_nm_s_per_rad, model.damping_nm_s_per_rad);
       reports = scene_;
     }
     reports.push_back(report);
@@ -231,8 +234,14 @@ class Knob::Impl {
       configs = configs_;
     }
     if (!configs) {
-      configs.emplace(session.get<protocol::ActuatorConfig>(),
-                      session.get<protocol::ControlConfig>());
+      try {
+        configs.emplace(session.get<protocol::ActuatorConfig>(),
+                        session.get<protocol::ControlConfig>());
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const Error&) {  // the scene plays; what cannot be judged is no failure of it
+        return {};
+      }
       const std::lock_guard lock(swings_mutex_);
       configs_ = configs;
     }
@@ -244,7 +253,7 @@ class Knob::Impl {
   std::mutex swings_mutex_;  // guards the next three, and is not held while the device is asked
   std::optional<Configs> configs_;
   std::vector<protocol::ReportBytes> scene_;
-  LocalModel streamed_;  // the strongest since the scene began
+  LocalModel streamed_;  // most stiffness and damping since the scene began
 
  public:
   Session session;

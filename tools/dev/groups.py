@@ -74,9 +74,14 @@ class Group:
     variables: Mapping[str, str] = field(default_factory=dict)
     slow: bool = False
 
+    @property
+    def all(self) -> tuple[str, ...]:
+        """All that the group covers."""
+        return (*self.covers, *self.tests)
+
     def digest(self) -> str:
         """Return a checksum of all that the group covers."""
-        return building.digest((*self.covers, *self.tests))
+        return building.digest(self.all)
 
     def has(self, test: str) -> bool:
         """Tell whether a test is in it, given as a path or as pytest's node id."""
@@ -84,6 +89,11 @@ class Group:
         return any(path.is_relative_to(own) for own in self.tests)
 
 
+# Of tests, what those of other folders import.
+_TESTS_USED = (
+    *("tests/faults", "tests/bench", "tests/vm/guest", "tests/mutation", "tests/board"),
+    *("tests/studies", "tests/recordings.py", "tests/test_guides.py"),
+)
 _COVERED_BY_CPP = (
     *(*_LIBRARIES, "firmware", "bindings", "studies", "studio", "examples", "tools"),
     *("tests/cpp", "tests/fuzz", "tests/mutation", "tests/determinism", "tests/endurance"),
@@ -119,8 +129,8 @@ GROUPS = {
     "library": Group(
         "the Python package: driver, emulated device, physics against their oracles",
         ("tests/python", "tests/test_faults.py"),
-        ("python", "studies"),
-        (*_PYTHON, "studies", "tests/faults", "examples", "docs/testing.md"),
+        ("release", "python", "studies"),
+        (*_PYTHON, "studies", "examples", "tools", *_TESTS_USED, "docs/testing.md"),
     ),
     "cpp": Group(
         "C++ with address and undefined-behaviour sanitizers; fuzzing, mutants, lives",
@@ -160,7 +170,7 @@ GROUPS = {
         "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",
         ("tests/studies",),
         ("python", "studies"),
-        (*_PYTHON, "studies", "docs/studies", "docs/hardware.md"),
+        (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/studies", "docs/hardware.md"),
     ),
     "claims": Group(
         "names that pages and sources share, printed files, what a package holds",
@@ -327,15 +337,17 @@ def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]
 
 
 def not_covered(test: str, files: Iterable[str]) -> list[str]:
-    """Return those of some files of the tree that no group with this test covers."""
+    """Return those of some files of the tree that not every group with this test covers.
+
+    Of slow groups none is asked where one of every change has the test.
+    """
     found = [group for group in GROUPS.values() if group.has(test)]
-    covers = [cover for group in found for cover in (*group.covers, *group.tests)]
+    found = [group for group in found if not group.slow] or found
     return [
         str(path)
         for path in map(PurePosixPath, files)
-        if found
-        and not _MADE & set(path.parts)
-        and not any(path.is_relative_to(cover) for cover in covers)
+        if not _MADE & set(path.parts)
+        and not all(any(path.is_relative_to(own) for own in group.all) for group in found)
     ]
 
 
@@ -395,7 +407,7 @@ def plan(words: Sequence[str]) -> Plan:
         found = [name for path in paths for name in _of_path(path)]
         return Plan(tuple(dict.fromkeys([*names, *found])), tuple(rest))
     whole = all(word.startswith(_HARMLESS) for word in rest)
-    if not names and not whole:
+    if not names and any(word.startswith(("-k", "-m")) for word in rest):
         return Plan(QUICK, (*_tests(QUICK), *rest))
     digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
     left_out = [

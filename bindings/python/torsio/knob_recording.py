@@ -216,6 +216,8 @@ class KnobRecording:
         except Error as error:
             self.note("lost", why=str(error))
             self._keep_reports()
+        finally:
+            self._tap = None  # or it keeps every report from now on
 
 
 def hang_on(error: BaseException, kept: list[Any]) -> None:

@@ -132,6 +132,7 @@ class RecordingFile:
         self._ended = threading.Lock()
         self._is_open = True
         self._thread = threading.Thread(target=self._work, name="torsio recording", daemon=True)
+        is_new = not self.path.exists()
         try:
             self._file = self.path.open("wb")
             self._writer = Writer(
@@ -145,7 +146,9 @@ class RecordingFile:
             if self._file is not None:
                 with contextlib.suppress(OSError):
                     self._file.close()
-                self.path.unlink(missing_ok=True)
+                if is_new:
+                    with contextlib.suppress(OSError):
+                        self.path.unlink()
             if isinstance(error, OSError):
                 raise self._named(error) from None
             raise

@@ -207,7 +207,10 @@ size_t torsio_scene_count(const torsio_scene* scene) {
 void torsio_scene_free(torsio_scene* scene) { delete scene; }
 
 torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene* scene) {
-  return guarded([&] { torsio::c::warn(knob_of(knob).play(need(scene, "scene").effects)); });
+  return guarded([&] {
+    torsio::c::warn("");  // that of an earlier scene
+    torsio::c::warn(knob_of(knob).play(need(scene, "scene").effects));
+  });
 }
 
 torsio_result torsio_knob_excite(torsio_knob* knob, const torsio_excitation* excitation) {
@@ -219,6 +222,7 @@ torsio_result torsio_knob_excite(torsio_knob* knob, const torsio_excitation* exc
 
 torsio_result torsio_knob_stream_local_model(torsio_knob* knob, const torsio_local_model* model) {
   return guarded([&] {
+    torsio::c::warn("");
     torsio::c::warn(knob_of(knob).stream_local_model(
         torsio::c::from_c(need_sized(model, "model", "torsio_local_model"))));
   });

@@ -200,9 +200,8 @@ class TORSIO_EXPORT Knob {
 
   /// Plays a scene in place of the one before, all of it from the same tick on. Returns when the
   /// device has it.
-  /// @returns a warning for the user if the knob, let go, may swing in it for ever; it plays all
-  /// the
-  ///          same. Empty if not. The law `calibrated` bounds springs and walls, and nothing else.
+  /// @returns a warning for the user if the knob, let go, may swing in it for ever, though it
+  ///          plays. Empty if not, and under the law `calibrated`, which bounds scenes.
   /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;
   ///         Refused; either way the old scene goes on
   std::string play(const Scene& scene);
@@ -211,8 +210,7 @@ class TORSIO_EXPORT Knob {
   /// Sends a local model and does not wait for the device. If state() is not armed nothing is sent;
   /// what the device refuses later only counts, in statistics().
   /// @returns as play(), of model and scene together; for a model that is stiffer or damps more
-  /// than
-  ///          all before it. No law bounds a local model.
+  ///          than all before it. No law bounds a local model.
   /// @throws InvalidArgument, Refused (not_armed)
   std::string stream_local_model(const LocalModel& model);
 
