@@ -201,16 +201,18 @@ class Bridge:
         except Exception as error:
             self._waiting.end(error)
 
-    def _listen(self, report: bytes) -> None:
-        """Learn from a report of the page whether the knob is to be kept alive."""
-        if report[0] != _COMMAND:
-            return
-        with contextlib.suppress(Error):  # the device refuses what nobody understands
-            op = decode(report)[1]["op"]
-            if op in ("arm", "keep_alive"):
-                self._alive_until_s = time.monotonic() + PAGE_SILENCE_S
-            elif op in ("disarm", "stop"):
-                self._alive_until_s = 0.0
+    async def _write(self, report: bytes) -> None:
+        """Hand on a report of the page, and learn whether the knob is to be kept alive."""
+        op = None
+        if report[0] == _COMMAND:
+            with contextlib.suppress(Error):  # the device refuses what nobody understands
+                op = decode(report)[1]["op"]
+        if op in ("disarm", "stop"):
+            self._alive_until_s = 0.0
+        while not await asyncio.to_thread(self._transport.write, report):
+            await asyncio.sleep(1e-3)  # a full queue empties by one report a millisecond
+        if op in ("arm", "keep_alive"):
+            self._alive_until_s = time.monotonic() + PAGE_SILENCE_S
 
     async def pump(self, send: Callable[[bytes], Awaitable[None]]) -> None:
         """Hand on what the device says, for ever. Raises what reading the device raises."""
@@ -241,9 +243,7 @@ class Bridge:
             taken = await asyncio.to_thread(self._transport.set_feature, report)
             return bytes([TAKEN if taken else STALLED])
         if kind == WRITE:
-            self._listen(report)
-            while not await asyncio.to_thread(self._transport.write, report):
-                await asyncio.sleep(1e-3)  # a full queue empties by one report a millisecond
+            await self._write(report)
         elif self._world is None:
             raise MessageError("this knob is real: nobody but a hand turns it")
         elif kind == HAND:
