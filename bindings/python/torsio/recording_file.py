@@ -96,8 +96,8 @@ class RecordingFile:
     """A file that is being written; made by `torsio.Knob.record_to`.
 
     Use it in a ``with`` statement, or `close` it. A thread writes it as the program goes on, so
-    that nothing that ends a call of the program tears it. It is whole up to the last second
-    whatever happens to the program. The first write that fails ends it; the next call that has
+    that nothing that ends a call of the program tears it. What waits for a slow disk is in memory
+    and has no bound. The first write that fails ends it; the next call that has
     something for it, or `close`, raises that `OSError`.
     """
 
