@@ -15,7 +15,7 @@ import pytest
 from tools import check, check_layers
 
 
-@pytest.mark.parametrize("name", sorted(check.CHECKS.keys() - {"headers"}))
+@pytest.mark.parametrize("name", sorted(check.CHECKS.keys() - {"headers", "prose"}))
 def test_check_passes(name: str) -> None:
     passed, output = check.run(check.CHECKS[name]())
     if not passed:

@@ -71,6 +71,7 @@ CHECKS: dict[str, Callable[[], Command]] = {
     "headers": lambda: ["cmake", "--workflow", "--preset", "headers"],
     "includes": lambda: [sys.executable, "-m", "tools.check_layers"],
     "imports": lambda: import_linter(TREE),
+    "prose": lambda: [sys.executable, "-m", "tools.prose"],
 }
 
 FIXES: dict[str, Callable[[], Command]] = {

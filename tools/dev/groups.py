@@ -185,7 +185,7 @@ GROUPS = {
         "guides that run, links, what pages say of the code",
         (
             *("tests/test_guides.py", "tests/test_hardware_guide.py", "tests/test_site.py"),
-            "tests/test_troubleshooting.py",
+            *("tests/test_troubleshooting.py", "tests/test_prose.py"),
         ),
         ("release", "python", "page", "documents"),
         (

@@ -1,0 +1,138 @@
+"""How long the documents' sentences are; ``./dev check`` refuses what is too long.
+
+``python -m tools.prose`` prints words, words a sentence and the share of long sentences by page.
+Code and printed tables are no words; sentences are counted in the text alone, without headings
+and tables.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+TREE = Path(__file__).parent.parent
+LONG = 30  # words
+MAX_MEAN = 15.0
+MAX_LONG_SHARE = 0.05
+MAX_WORDS = 45_000
+SHORT_PAGES = {"README.md": 600, "CONTRIBUTING.md": 1000, "docs/hardware.md": 3000}
+
+# Pages that nobody has rewritten yet: words, mean, share. Take a page out once it is rewritten.
+CEILINGS: dict[str, tuple[int, float, float]] = {
+    "CHANGELOG.md": (5897, 20.0, 0.157),
+    "CONTRIBUTING.md": (3209, 19.3, 0.136),
+    "README.md": (1456, 17.8, 0.16),
+    "docs/architecture.md": (2529, 19.7, 0.155),
+    "docs/calibration.md": (4394, 23.2, 0.246),
+    "docs/cpp.md": (1089, 17.1, 0.049),
+    "docs/emulator.md": (2643, 21.5, 0.216),
+    "docs/games.md": (5043, 16.9, 0.103),
+    "docs/hardware.md": (6605, 22.2, 0.235),
+    "docs/protocol.md": (1344, 14.5, 0.097),
+    "docs/python.md": (1242, 18.4, 0.066),
+    "docs/reliability.md": (3933, 18.7, 0.155),
+    "docs/studies/actuators.md": (2542, 25.3, 0.233),
+    "docs/studies/calibration.md": (196, 21.0, 0.223),
+    "docs/studies/design.md": (1226, 19.9, 0.206),
+    "docs/studies/extremes.md": (2191, 17.5, 0.149),
+    "docs/studies/falsify.md": (818, 16.7, 0.097),
+    "docs/studies/fidelity.md": (1601, 19.9, 0.235),
+    "docs/studies/impact.md": (596, 19.7, 0.125),
+    "docs/studies/paper.md": (1375, 23.3, 0.334),
+    "docs/studio.md": (2040, 19.8, 0.12),
+    "docs/testing.md": (868, 16.4, 0.023),
+    "docs/theory.md": (6194, 21.0, 0.213),
+    "docs/threads.md": (1623, 21.2, 0.186),
+    "docs/troubleshooting.md": (2163, 15.7, 0.075),
+    "docs/usb.md": (3940, 21.2, 0.165),
+}
+
+PRINTED_PAGE = "docs/protocol.md"
+_PRINTED = re.compile(r"^<!-- begin: .*?^<!-- end: .*?-->|<!--.*?-->", re.M | re.S)
+# Fences, formulas, pictures, indented code; then tables and headings.
+_CODE = re.compile(
+    r"^ *(```|~~~).*?^ *\1|\$\$.*?\$\$|!\[[^\]]*\]\([^)]*\)"
+    r"|(?<=\n\n) {4}(?! *[-*] ).*?(?=\n\n(?! {4})|\Z)",
+    re.M | re.S,
+)
+_NO_PROSE = re.compile(r"^ *\|.*?$|^#.*?$|^\[[^\]]+\]: .*?$", re.M)
+_WORD = re.compile(r"\S*\w\S*")
+_LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+_ONE_WORD = re.compile(r"`[^`]+`|\$[^$]+\$|<[^>\n]+>")
+_ITEM = re.compile(r"^ *(?:[-*]|\d+\.) ", re.M)
+_END = re.compile(r"(?<=[.!?])[)\"*]*\s+(?=[^a-z\s])|(?<=:)\n+\s*\n|\n\s*\n")
+
+
+class Measure(NamedTuple):
+    """A page's words, words a sentence in the mean, and share of long sentences."""
+
+    words: int
+    mean: float
+    long_share: float
+
+
+def _text(markdown: str) -> str:
+    """Leave out what is no text; what is between the ticks of code is one word."""
+    return _ONE_WORD.sub("Code", _LINK.sub(r"\1", _CODE.sub("\n\n", _PRINTED.sub("", markdown))))
+
+
+def sentences(markdown: str) -> list[str]:
+    """Split the prose of a page into sentences; the items of a list are apart."""
+    parts = _END.split(_ITEM.sub("\n\n", _NO_PROSE.sub("\n\n", _text(markdown))))
+    return [" ".join(part.split()) for part in parts if re.search(r"\w", part)]
+
+
+def measure(markdown: str, printed: bool = False) -> Measure:
+    """Measure a page, of which all tables may be printed; one without prose has zeros."""
+    lengths = [len(_WORD.findall(sentence)) for sentence in sentences(markdown)]
+    words = sum(lengths) if printed else len(_WORD.findall(_text(markdown)))
+    count = len(lengths) or 1
+    return Measure(words, sum(lengths) / count, sum(n > LONG for n in lengths) / count)
+
+
+def pages() -> dict[str, Measure]:
+    """Measure all documents, by their path from the top of the tree."""
+    files = (*sorted(TREE.glob("[!N]*.md")), *sorted(TREE.glob("docs/**/*.md")))
+    names = [str(file.relative_to(TREE)) for file in files]
+    return {
+        name: measure(file.read_text(encoding="utf-8"), name == PRINTED_PAGE)
+        for name, file in zip(names, files, strict=True)
+    }
+
+
+def complaints(measured: dict[str, Measure]) -> list[str]:
+    """Tell which pages are too long or too hard to read."""
+    found = []
+    for page, (words, mean, share) in measured.items():
+        default = (SHORT_PAGES.get(page, MAX_WORDS), MAX_MEAN, MAX_LONG_SHARE)
+        most, most_mean, most_share = CEILINGS.get(page, default)
+        if words > most:
+            found.append(f"{page}: {words} words; at most {most}")
+        if mean > most_mean:
+            found.append(f"{page}: {mean:.1f} words a sentence; at most {most_mean}")
+        if share > most_share:
+            found.append(
+                f"{page}: {share:.1%} of the sentences have more than {LONG} words; "
+                f"at most {most_share:.1%}"
+            )
+    total = sum(page.words for page in measured.values())
+    if total > MAX_WORDS and not CEILINGS:
+        found.append(f"all pages: {total} words; at most {MAX_WORDS}")
+    return found
+
+
+def main() -> int:
+    """Print the table, and what is wrong with it."""
+    measured = pages()
+    for page, (words, mean, share) in measured.items():
+        print(f"{page:32} {words:6} words {mean:5.1f} a sentence {share:6.1%} long")
+    print(f"{'all':32} {sum(page.words for page in measured.values()):6} words")
+    found = complaints(measured)
+    print(*found, sep="\n", end="\n" if found else "")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
