@@ -43,7 +43,6 @@ CEILINGS: dict[str, tuple[int, float, float]] = {
     "docs/studies/paper.md": (1375, 23.3, 0.334),
     "docs/studio.md": (2040, 19.8, 0.12),
     "docs/testing.md": (868, 16.4, 0.023),
-    "docs/theory.md": (6194, 21.0, 0.213),
     "docs/threads.md": (1623, 21.2, 0.186),
     "docs/troubleshooting.md": (2163, 15.7, 0.075),
     "docs/usb.md": (3940, 21.2, 0.165),
