@@ -26,7 +26,9 @@ _GUIDES = (
     *("studio", "python", "cpp", "c", "testing", "games", "emulator", "usb", "hardware"),
     *("calibration", "troubleshooting"),
 )
-_BACKGROUND = ("architecture", "theory", "protocol", "threads", "reliability", "security", "results")
+_BACKGROUND = (
+    *("architecture", "theory", "protocol", "threads", "reliability", "security", "results"),
+)
 _STUDIES = (
     *("paper", "actuators", "design", "extremes", "fidelity", "calibration", "falsify", "impact"),
 )
