@@ -26,7 +26,6 @@ CEILINGS: dict[str, tuple[int, float, float]] = {
     "README.md": (1456, 17.8, 0.16),
     "docs/architecture.md": (2529, 19.7, 0.155),
     "docs/cpp.md": (1089, 17.1, 0.049),
-    "docs/emulator.md": (2643, 21.5, 0.216),
     "docs/games.md": (5043, 16.9, 0.103),
     "docs/hardware.md": (6605, 22.2, 0.235),
     "docs/protocol.md": (1344, 14.5, 0.097),
