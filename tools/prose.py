@@ -31,7 +31,6 @@ CEILINGS: dict[str, tuple[int, float, float]] = {
     "docs/protocol.md": (1344, 14.5, 0.097),
     "docs/python.md": (1242, 18.4, 0.066),
     "docs/reliability.md": (3933, 18.7, 0.155),
-    "docs/studies/actuators.md": (2542, 25.3, 0.233),
     "docs/studies/design.md": (1226, 19.9, 0.206),
     "docs/studies/extremes.md": (2191, 17.5, 0.149),
     "docs/studies/falsify.md": (818, 16.7, 0.097),
