@@ -13,6 +13,7 @@ from tests.test_dev import named_and_gone
 
 TREE = Path(__file__).parent.parent
 DOCS = TREE / "docs"
+SLOW = (TREE / ".ci/slow").read_text(encoding="utf-8")
 ROW = re.compile(r"^\| (?!---|claim \||fault \||treatment \|)(.*) \|$", re.MULTILINE)
 FILE = re.compile(r"`([\w/.]+\.(?:cpp|py|mjs))`")
 # A file by its path or its name, then names of its tests.
@@ -96,23 +97,9 @@ def test_commands_that_the_documents_name_are_there() -> None:
     assert named_and_gone("./dev bench nothing") == {"bench nothing"}
 
 
-def test_platform_table_names_a_command_for_all_that_is_not_tested_at_every_change() -> None:
-    text = (TREE / "README.md").read_text(encoding="utf-8")
-    _, _, section = text.partition("## On which systems\n")
-    rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line[:2] == "| "]
-    assert [len(row) for row in rows] == [
-        len(rows[0]) + (number > 0) for number in range(len(rows))
-    ]
-    slow = (TREE / ".ci/slow").read_text(encoding="utf-8").splitlines()
-    for name, *cells in rows[1:]:
-        for cell in cells:
-            commands = re.findall(r"`\./dev ([^`]*)`", cell)
-            assert cell == "-" or "every change" in cell or commands, name
-            assert set(commands) <= set(slow), name
-
-
-def test_platform_table_says_where_a_windows_program_meets_a_knob() -> None:
-    text = (TREE / "README.md").read_text(encoding="utf-8")
-    (row,) = re.findall(r"^\| C\+\+ library, knob plugged in \|.*$", text, re.MULTILINE)
-    assert (TREE / "tests/vm/guest/test_windows_library.py").exists()
-    assert "`./dev test games`" in row.split(" | ")[3]
+def test_results_name_every_long_command() -> None:
+    results = (DOCS / "results.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^(?!.*COMMANDS)([a-z].*)$", SLOW.partition("<<'COMMANDS'\n")[2], re.M)
+    listed = commands[: next(n for n, line in enumerate(commands) if line.startswith("for "))]
+    assert len(listed) > 10
+    assert [command for command in listed if f"`./dev {command}`" not in results] == []

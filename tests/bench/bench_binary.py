@@ -16,7 +16,7 @@ other noise.
 The first line of a board tells what a tick costs inside one wall: instructions of its interrupt,
 the time from the encoder to the PWM that the board itself tells, the share of the control period
 that this is, and the share of all time that the control interrupt takes. Instructions and time are
-the most that was seen. An RP2350's times are estimates; see docs/hardware.md.
+the most that was seen. An RP2350's times are estimates; see docs/results.md.
 
 Arguments are names of boards. It takes some minutes for each.
 """

@@ -24,7 +24,7 @@ class RunAway:
     Attributes
     ----------
     name
-        What has happened, as the table of docs/hardware.md has it.
+        What has happened, as the table of docs/results.md has it.
     law
         With it the knob gets fastest.
     guards

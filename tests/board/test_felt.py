@@ -90,7 +90,7 @@ def test_tick_in_a_wall_leaves_the_processor_its_time(cost: felt.TickCost) -> No
 def test_documents_say_what_a_tick_in_a_wall_costs(cost: felt.TickCost) -> None:
     # A telemetry sample more or less makes some per cent.
     some, whole = as_documented(0.05), 100 * as_documented(0.02)
-    text = (pico.TREE / "docs" / "hardware.md").read_text(encoding="utf-8")
+    text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
     rows = re.findall(
         r"^\| `(\w+)` \| ([\d,]+) \| ([\d.]+) us \| (\d+) % \| (\d+) % \|$", text, re.M
     )
@@ -118,7 +118,7 @@ def test_tick_in_sixteen_damped_walls_leaves_the_product_its_time(
         assert sixteen is not None
         assert sixteen.newest_ns < 0.4 * pico.chosen.tick_ns
         # One that takes all of them anew is told in the same place.
-        text = (pico.TREE / "docs" / "architecture.md").read_text(encoding="utf-8")
+        text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
         (told_us,) = re.findall(r"an armed board takes sixteen walls anew, (\d+) us\.", text)
         assert 1e3 * float(told_us) == pytest.approx(sixteen.most_ns, rel=as_documented(0.1))
 
@@ -126,7 +126,7 @@ def test_tick_in_sixteen_damped_walls_leaves_the_product_its_time(
 def test_documents_say_how_long_a_tick_in_damped_walls_takes(
     in_walls: dict[int, TickTime | None],
 ) -> None:
-    text = (pico.TREE / "docs" / "architecture.md").read_text(encoding="utf-8")
+    text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
     (counts,) = re.findall(r"^\| damped walls \| (.*) \|$", text, re.M)
     (cells,) = re.findall(rf"^\| `{pico.chosen.name}`, us of \d+ \| (.*) \|$", text, re.M)
     told = dict(zip(map(int, counts.split(" | ")), cells.split(" | "), strict=True))

@@ -79,14 +79,14 @@ def bare_watching_pico(_model: None) -> Iterator[EmulatedPico]:
 
 
 def _documented(name: str) -> tuple[str, str, str]:
-    """Give a danger's row of the table in docs/hardware.md, as the chosen board has it.
+    """Give a danger's row of the table in docs/results.md, as the chosen board has it.
 
     Returns
     -------
     tuple
         Its reaction, what it is told as, and what is without the guard.
     """
-    text = (bench.TREE / "docs" / "hardware.md").read_text(encoding="utf-8")
+    text = (bench.TREE / "docs" / "results.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (.*) \| (.*) \| (.*) \| (.*) \| (.*) \| .*\|$", text, re.MULTILINE)
     name = re.sub("^(encoder|motor)'s sign", "encoder's or motor's sign", name)
     (cells,) = (

@@ -81,7 +81,7 @@ def test_wall_on_the_product_takes_no_more_instructions_than_it_did(
         assert measured["pico2", "walls, calibrated 1"] <= MOST_CALIBRATED
 
 
-# Of the table in docs/architecture.md, in its order.
+# Of the table in docs/results.md, in its order.
 TOLD = (
     *("disarmed 0", "walls 0", "walls 1", "walls, 16 written 1", "walls 16", "walls, telemetry 1"),
     *("walls, soft start 1", "walls, calibrated 1", "impact 1", "bent shaft 1"),
@@ -93,7 +93,7 @@ TOLD = (
 def test_documents_say_how_many_instructions_a_tick_takes(
     measured: dict[tuple[str, str], float], board: str
 ) -> None:
-    text = (mcu.TREE / "docs/architecture.md").read_text(encoding="utf-8")
+    text = (mcu.TREE / "docs/results.md").read_text(encoding="utf-8")
     table = text.split("| a tick |", 1)[1].split("\n\n", 1)[0]
     rows = re.findall(r"^\| ([^|]+) \| ([\d,]+) \| ([\d,]+) \|$", table, re.MULTILINE)
     assert len(rows) == len(TOLD)

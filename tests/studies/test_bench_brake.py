@@ -1,4 +1,4 @@
-"""What the hardware guide says of the brake's coil is what its benchmark measures."""
+"""What the results say of the brake's coil is what its benchmark measures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.bench import bench_brake
 from tests.bench.bench_stiffness import springs
 from torsio.config import Law
 
-TEXT = (Path(__file__).parents[2] / "docs" / "hardware.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 ROWS = re.findall(
     r"^\| `(\w+)` \| (.+?) \| ([\d.]+) mN m \| ([\d.]+) % \| (\d+) ms \| (\d+) ms \| "
     r"(never|\d+)(?: N m/rad)? \|$",

@@ -15,10 +15,10 @@ from tests.bench import bench_stiffness as bench
 LAGS_S = {"pico2": 44e-6, "pico": 160e-6}
 
 
-# Of the hardware guide's table: board, loop, lag, -3 dB, noise, and up to where springs rest.
+# Of the table in docs/results.md: board, loop, lag, -3 dB, noise, and up to where springs rest.
 ROWS = re.findall(
     r"^\| `(\w+)`, \d+ kHz \| (.+?) \| ([\d.]+ [um]s) \| ([\d.]+) kHz \| ([\d.]+) mN m \| (.+) \|$",
-    (Path(__file__).parents[2] / "docs" / "hardware.md").read_text(encoding="utf-8"),
+    (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8"),
     re.MULTILINE,
 )
 

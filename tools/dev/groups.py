@@ -43,7 +43,7 @@ _CODE = (
     *("firmware", "studies", "studio", "examples", "tests", "tools", "dev", ".ci"),
     *(".clang-format", ".editorconfig", ".gitignore"),
 )
-_BOARD_PAGES = ("docs/hardware.md", "docs/architecture.md", "docs/troubleshooting.md")
+_BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md", "docs/troubleshooting.md")
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
 
@@ -170,7 +170,7 @@ GROUPS = {
         "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",
         ("tests/studies",),
         ("python", "studies"),
-        (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/studies", "docs/hardware.md"),
+        (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/studies", "docs/results.md"),
     ),
     "claims": Group(
         "names that pages and sources share, printed files, what a package holds",
