@@ -22,10 +22,10 @@ enum class Grain : std::uint8_t { sine, square, triangle, noise };
 /// How the desired torque is shared between motor and brake; docs/theory.md.
 enum class Law : std::uint8_t {
   paper,        ///< the printed law, as it must be read
-  compensated,  ///< the motor makes up for what the brake really holds, its drag counted
-  parallel,     ///< fixed shares, without the sensor: it sticks, and is here to show that
+  compensated,  ///< the motor fills in what the brake does not hold, with its drag counted
+  parallel,     ///< fixed shares without the sensor: it sticks, and is here to show that
   motor_only,   ///< no brake
-  calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
+  calibrated,   ///< as compensated, and no wall buzzes: its stiffness is bounded by the parts
 };
 
 }  // namespace torsio::core

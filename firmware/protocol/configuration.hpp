@@ -90,7 +90,7 @@ struct Layout<ActuatorConfig> {
              "from command to torque"),
       number(
           "brake_inertia_kg_m2", &ActuatorConfig::brake_inertia_kg_m2, "kg m^2", 0, 1,
-          "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's"),
+          "of pulleys and brake; 0: not counted. This and the next two are for the law calibrated"),
       number("brake_hysteresis_nm", &ActuatorConfig::brake_hysteresis_nm, "N m", 0, max_torque_nm,
              "half the width of the loop of the brake's torque over its command"),
       number("brake_release_time_constant_s", &ActuatorConfig::brake_release_time_constant_s, "s",
@@ -147,14 +147,14 @@ struct Layout<ControlConfig> {
              "the brake's torque on that way; 0 releases it"),
       choice("autonomous", &ControlConfig::autonomous, "on: no watchdog, plays on without a host"),
       number("free_assist_nm", &ControlConfig::free_assist_nm, "N m", 0, max_torque_nm,
-             "what the motor takes off the friction where the scene asks for nothing, at most "
-             "three quarters of all that is configured; the law calibrated's"),
+             "friction that the motor cancels where the scene asks for nothing, at most three "
+             "quarters of the configured friction; law calibrated only"),
   };
 };
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
-/// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
-/// starts the next time. Of the emulated device it concerns what has Electrics.
+/// pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+/// start. The emulated device uses it where it has Electrics.
 struct BoardConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -192,8 +192,8 @@ struct Layout<BoardConfig> {
   static constexpr std::string_view name = "board_config";
   static constexpr std::string_view doc =
       "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. "
-      "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
-      "device starts the next time. Of the emulated device it concerns what has Electrics.";
+      "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the "
+      "next start. The emulated device uses it where it has Electrics.";
   static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "0: an interface has one axis"),
@@ -202,9 +202,9 @@ struct Layout<BoardConfig> {
              "N m/A", 1e-4F, 100, "at the knob"),
       number("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0, 100,
              "never asked for more; one and a half times as much measured is a fault"),
-      number("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0, 100,
-             "that the winding stands for ever in air of 25 degrees; more is given for seconds, "
-             "then less and less"),
+      number(
+          "motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0, 100,
+          "that the winding stands for ever in air of 25 degrees; more is given for seconds only"),
       number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001F, 1000,
              "of the winding"),
       number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
@@ -219,19 +219,18 @@ struct Layout<BoardConfig> {
       number("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001F, 1e4F,
              "of the coil"),
       number("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0, 1000,
-             "of the coil, which the bridge then drives both ways, so that its current follows "
-             "with the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
+             "of the coil; the bridge then drives it both ways, and its current follows with the "
+             "actuator's brake_time_constant_s. 0: the current follows as the coil lets it"),
       choice("motor_reversed", &BoardConfig::motor_reversed,
              "on: a current into the first motor pin turns the knob to smaller angles"),
-      choice(
-          "confirmed", &BoardConfig::confirmed,
-          "on: somebody has checked that these are the parts. Until then, and until `values_are` "
-          "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
+      choice("confirmed", &BoardConfig::confirmed,
+             "on: somebody has checked the parts. A real board holds torques and speed low until "
+             "this is on and `values_are` is not `assumed`. Acts at once"),
       number("brake_continuous_percent", &BoardConfig::brake_continuous_percent, "%", 0, 100,
-             "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is "
-             "given for a while, then less and less"),
+             "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is "
+             "given for a while only"),
       number("ambient_c", &BoardConfig::ambient_c, "degree C", 0, 100,
-             "of the air round motor and brake, the warmest that it gets"),
+             "of the air around motor and brake, at its warmest"),
       number("supply_sense_ratio", &BoardConfig::supply_sense_ratio, "", 1, 255,
              "of the divider at supply_sense_pin: the supply's voltage over the pin's"),
       number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
@@ -248,7 +247,7 @@ struct Layout<BoardConfig> {
       number("current_sense_pin", &BoardConfig::current_sense_pin, "", 26, 28,
              "GPIO of the motor's current sensor"),
       number("supply_sense_pin", &BoardConfig::supply_sense_pin, "", 0, 28,
-             "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none"),
+             "GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none"),
       number("light_pin", &BoardConfig::light_pin, "", 0, 29, "GPIO of the status light"),
   };
 };
@@ -289,8 +288,8 @@ struct Layout<GameConfig> {
       number("range_deg", &GameConfig::range_deg, "degree", 10, 36000,
              "from one end of the game's axis to the other, round angle 0"),
       number("torque_max_nm", &GameConfig::torque_max_nm, "N m", 0, max_torque_nm,
-             "torque at full level, and the most that all effects together get; never more than "
-             "the motor's"),
+             "torque at full level, and the limit of all effects together; never more than the "
+             "motor's"),
       number("gain", &GameConfig::gain, "", 0, 1, "on top of the game's own gains"),
       number("spring_gain", &GameConfig::spring_gain, "", 0, 1000,
              "1: a full spring reaches full torque at the end of the axis"),
@@ -309,8 +308,7 @@ struct Layout<GameConfig> {
              max_stiffness_nm_per_rad,
              "of walls at both ends of the axis, while a game has the actuator; 0: none"),
       choice("personality", &GameConfig::personality,
-             "what the computer takes the knob for; save it: it counts when the device starts the "
-             "next time"),
+             "what the knob is to the computer; save it: it takes effect at the next start"),
       choice("dial_use", &GameConfig::dial_use, "of a dial"),
       number("dial_detents", &GameConfig::dial_detents, "", 1, 240, "of a dial, in a turn"),
       number("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0, max_torque_nm,
@@ -318,9 +316,9 @@ struct Layout<GameConfig> {
   };
 };
 
-/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
-/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
-/// disarmed.
+/// The curve of the shaft's spring beyond its first straight piece. Up to the first knee the
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike. Set only
+/// while disarmed.
 struct ShaftConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -339,9 +337,9 @@ struct Layout<ShaftConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "shaft_config";
   static constexpr std::string_view doc =
-      "How the shaft's spring goes on where it is not one straight line. Up to the first knee its "
-      "stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only "
-      "while disarmed.";
+      "The curve of the shaft's spring beyond its first straight piece. Up to the first knee the "
+      "stiffness is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike. Set "
+      "only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &ShaftConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ShaftConfig::axis, "", "0: an interface has one axis"),
@@ -366,9 +364,10 @@ struct Layout<ShaftConfig> {
   };
 };
 
-/// How well the values of actuator and shaft are known, and since when. It is about the values that
-/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
-/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+/// How well the values of actuator and shaft are known, and since when. It belongs to the values
+/// that the device has when it takes this report. When one of them changes, `values_are` reads
+/// `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only
+/// while disarmed.
 struct CalibrationConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -397,10 +396,10 @@ struct Layout<CalibrationConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "calibration_config";
   static constexpr std::string_view doc =
-      "How well the values of actuator and shaft are known, and since when. It is about the values "
-      "that the device has as it takes this: as soon as one is another, `values_are` reads "
-      "`assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured. Set "
-      "only while disarmed.";
+      "How well the values of actuator and shaft are known, and since when. It belongs to the "
+      "values that the device has when it takes this report. When one of them changes, "
+      "`values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was "
+      "not measured. Set only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &CalibrationConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &CalibrationConfig::axis, "", "0: an interface has one axis"),
@@ -408,7 +407,7 @@ struct Layout<CalibrationConfig> {
       number("calibrated_unix_s", &CalibrationConfig::calibrated_unix_s, "", 0, 4294967295,
              "when they were measured, in seconds since 1970; 0: never"),
       number("ambient_k", &CalibrationConfig::ambient_k, "K", 0, 1000,
-             "how warm it was, as whoever measured them has said; 0: nobody did"),
+             "how warm it was, as the user said; 0: not said"),
       number("calibrated_rate_hz", &CalibrationConfig::calibrated_rate_hz, "Hz", 0, 1e6F,
              "of control, when they were measured"),
       number("sigma_knob_inertia_kg_m2", &CalibrationConfig::sigma_knob_inertia_kg_m2, "kg m^2", 0,

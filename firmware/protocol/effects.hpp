@@ -267,8 +267,8 @@ struct Layout<Periodic> {
   };
 };
 
-/// Notches at equal distances. sine: torque -T sin(2 pi u) at u pitches from a notch; linear: -2 T
-/// u within half a pitch; click: linear within the width, beyond it T toward the notch.
+/// Notches at equal distances. Torque at u pitches from a notch: sine -T sin(2 pi u), linear -2 T u
+/// within half a pitch, click linear within the width and T toward the notch beyond it.
 struct Detents {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -283,8 +283,8 @@ struct Layout<Detents> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "detents";
   static constexpr std::string_view doc =
-      "Notches at equal distances. sine: torque -T sin(2 pi u) at u pitches from a notch; linear: "
-      "-2 T u within half a pitch; click: linear within the width, beyond it T toward the notch.";
+      "Notches at equal distances. Torque at u pitches from a notch: sine -T sin(2 pi u), linear "
+      "-2 T u within half a pitch, click linear within the width and T toward the notch beyond it.";
   static constexpr FieldList fields{
       group("target", &Detents::target, ""),
       number("angle_turns_q32", &Detents::angle_turns_q32, "2^-32 turn", -max_turns_q32,
@@ -382,9 +382,9 @@ struct Layout<Curve> {
   };
 };
 
-/// The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the
-/// speed with which the knob comes in through the surface. Inside only, and it gives back no more
-/// energy than it has taken since, but for a count.
+/// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
+/// decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than
+/// it took, within one count.
 struct Impact {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -402,9 +402,9 @@ struct Layout<Impact> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "impact";
   static constexpr std::string_view doc =
-      "The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the "
-      "speed with which the knob comes in through the surface. Inside only, and it gives back no "
-      "more energy than it has taken since, but for a count.";
+      "The knock of something hard, in proportion to the speed at which the knob enters the "
+      "surface: a decaying sine, and a pulse that brakes. It acts inside only, and gives back no "
+      "more energy than it took, within one count.";
   static constexpr FieldList fields{
       group("target", &Impact::target, ""),
       number("angle_turns_q32", &Impact::angle_turns_q32, "2^-32 turn", -max_turns_q32,

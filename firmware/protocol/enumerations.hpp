@@ -66,10 +66,10 @@ struct Enumerators<Ends> {
 /// How the desired torque is shared between motor and brake; docs/theory.md.
 enum class Law : std::uint8_t {
   paper,        // the printed law, as it must be read
-  compensated,  // the motor makes up for what the brake really holds, its drag counted
-  parallel,     // fixed shares, without the sensor: it sticks, and is here to show that
+  compensated,  // the motor fills in what the brake does not hold, with its drag counted
+  parallel,     // fixed shares without the sensor: it sticks, and is here to show that
   motor_only,   // no brake
-  calibrated,   // as compensated, and no wall buzzes: what the parts cannot render is bounded
+  calibrated,   // as compensated, and no wall buzzes: its stiffness is bounded by the parts
 };
 template <>
 struct Enumerators<Law> {
@@ -80,8 +80,8 @@ struct Enumerators<Law> {
 
 /// On what the values of actuator and shaft are based.
 enum class Basis : std::uint8_t {
-  assumed,   // on data sheets: nobody has looked, or one of them was changed since
-  stated,    // somebody answers for them
+  assumed,   // on data sheets, or a value was changed since
+  stated,    // on the word of a user who answers for them
   measured,  // on a calibration
 };
 template <>
@@ -285,9 +285,9 @@ inline constexpr std::uint16_t current_sensor = 1
                                                 << 6;  // its zero leaves no room for the trip level
 inline constexpr std::uint16_t winding = 1 << 7;  // voltage, current and speed do not fit together
 inline constexpr std::uint16_t temperature =
-    1 << 8;  // the motor's winding or the brake's coil is too hot, by the currents that they had
+    1 << 8;  // the motor's winding or the brake's coil is too hot, computed from its current
 inline constexpr std::uint16_t supply =
-    1 << 9;  // the supply's voltage, as the board measures it, is not the configured one
+    1 << 9;  // the measured voltage of the supply is not the configured one
 inline constexpr std::array<std::string_view, 10> names{
     "emergency_stop", "over_speed",     "encoder", "actuator",    "overrun",
     "numeric",        "current_sensor", "winding", "temperature", "supply"};  // from bit 0 on
@@ -302,7 +302,7 @@ inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local mod
 inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
 inline constexpr std::uint8_t bounded =
-    1 << 7;  // less is given than the scene asks, or the knob would buzz
+    1 << 7;  // less than the scene asks, so that the knob does not buzz
 inline constexpr std::array<std::string_view, 6> names{
     "motor_saturated", "brake_saturated", "local_model", "passive", "game",
     "bounded"};  // from bit 2 on

@@ -156,7 +156,7 @@ struct Layout<GameEffect> {
   };
 };
 
-/// What games do. Each reading shows the next effects that exist, in turns. Read only.
+/// What games do. Each reading shows the next of the effects, in turns. Read only.
 struct GameMonitor {
   std::uint64_t tick = 0;
   Owner owner = Owner::none;
@@ -174,7 +174,7 @@ struct Layout<GameMonitor> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "game_monitor";
   static constexpr std::string_view doc =
-      "What games do. Each reading shows the next effects that exist, in turns. Read only.";
+      "What games do. Each reading shows the next of the effects, in turns. Read only.";
   static constexpr FieldList fields{
       any_number("tick", &GameMonitor::tick, "", "of this moment"),
       choice("owner", &GameMonitor::owner, "who has the actuator"),
@@ -189,8 +189,8 @@ struct Layout<GameMonitor> {
   };
 };
 
-/// What motor and shaft have done to the knob since the law began to count, in whole numbers that
-/// lose nothing; `energies()` makes joules of them. Read only.
+/// The energy that motor and shaft have given to the knob since the law began to count. The numbers
+/// are whole and lose nothing; `energies()` makes joules of them. Read only.
 struct Ledger {
   std::uint64_t tick = 0;
   Toggle kept = Toggle::off;
@@ -206,8 +206,8 @@ struct Layout<Ledger> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "ledger";
   static constexpr std::string_view doc =
-      "What motor and shaft have done to the knob since the law began to count, in whole numbers "
-      "that lose nothing; `energies()` makes joules of them. Read only.";
+      "The energy that motor and shaft have given to the knob since the law began to count. The "
+      "numbers are whole and lose nothing; `energies()` makes joules of them. Read only.";
   static constexpr FieldList fields{
       any_number("tick", &Ledger::tick, "", "of this moment: control periods since power-up"),
       choice("kept", &Ledger::kept, "the law keeps count; else all stand still"),
@@ -224,9 +224,9 @@ struct Layout<Ledger> {
   };
 };
 
-/// What the motor's current sensor has shown, and what its bridge was told, in every period of the
-/// current loop since the board started: of two readings of this report the difference tells what
-/// was between them, however long that is. Read only.
+/// Sums over all periods of the current loop since the board started: readings of the motor's
+/// current sensor and shares of its bridge. Read the report twice; the difference is what happened
+/// between. Read only.
 struct MotorCurrent {
   Toggle measured = Toggle::off;
   std::int64_t position_counts = 0;
@@ -248,9 +248,9 @@ struct Layout<MotorCurrent> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "motor_current";
   static constexpr std::string_view doc =
-      "What the motor's current sensor has shown, and what its bridge was told, in every period of "
-      "the current loop since the board started: of two readings of this report the difference "
-      "tells what was between them, however long that is. Read only.";
+      "Sums over all periods of the current loop since the board started: readings of the motor's "
+      "current sensor and shares of its bridge. Read the report twice; the difference is what "
+      "happened between. Read only.";
   static constexpr FieldList fields{
       choice("measured", &MotorCurrent::measured,
              "there is a current sensor; else all of this is nothing"),
@@ -279,12 +279,7 @@ struct Layout<MotorCurrent> {
   };
 };
 
-/// An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; disarm;
-/// stop: disarm and empty the scene; zero: this position becomes angle 0; only while disarmed;
-/// relax: the shaft's spring is known to be relaxed now; only while disarmed; save: keep the
-/// configuration; only while disarmed; load_defaults: configuration of a new device; only while
-/// disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after it; only while
-/// disarmed.
+/// An order without values.
 struct Command {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -295,13 +290,7 @@ struct Layout<Command> {
   static constexpr std::uint8_t id = 0x10;
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "command";
-  static constexpr std::string_view doc =
-      "An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; "
-      "disarm; stop: disarm and empty the scene; zero: this position becomes angle 0; only while "
-      "disarmed; relax: the shaft's spring is known to be relaxed now; only while disarmed; save: "
-      "keep the configuration; only while disarmed; load_defaults: configuration of a new device; "
-      "only while disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after "
-      "it; only while disarmed.";
+  static constexpr std::string_view doc = "An order without values.";
   static constexpr FieldList fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Command::axis, "", "0: an interface has one axis"),
@@ -309,7 +298,7 @@ struct Layout<Command> {
   };
 };
 
-/// Plays the scene as written, whole, from the next tick on. Slots written since the last commit
+/// Plays the whole scene as written from the next tick on. Slots written since the last commit
 /// start anew, the others go on.
 struct Commit {
   std::uint16_t sequence = 0;
@@ -322,8 +311,8 @@ struct Layout<Commit> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "commit";
   static constexpr std::string_view doc =
-      "Plays the scene as written, whole, from the next tick on. Slots written since the last "
-      "commit start anew, the others go on.";
+      "Plays the whole scene as written from the next tick on. Slots written since the last commit "
+      "start anew, the others go on.";
   static constexpr FieldList fields{
       any_number("sequence", &Commit::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Commit::axis, "", "0: an interface has one axis"),
@@ -349,8 +338,8 @@ struct Layout<Stream> {
       any_number("axis", &Stream::axis, "", "0: an interface has one axis"),
       any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
       choice("prompt", &Stream::prompt,
-             "on: a report in every frame with the newest samples that are there; off: full "
-             "reports, which is a few frames later"),
+             "on: a report in every frame with the newest samples; off: full reports, a few frames "
+             "later"),
   };
 };
 
@@ -392,11 +381,11 @@ struct Layout<LocalModel> {
   };
 };
 
-/// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
-/// reached from where the last excitation is now, in a straight line. The motor also gets a sine
-/// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
-/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
-/// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
+/// A bounded experiment: commands of motor and brake that go past scene and law. Both commands move
+/// in a straight line from where the last excitation is now. The motor also gets a sine and the
+/// torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`.
+/// The device disarms when a bound is left, or when the time is over and no next one has come. It
+/// also disarms when the servo asks for all of the motor for 50 ms and the encoder stands still.
 struct Excitation {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -420,11 +409,11 @@ struct Layout<Excitation> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "excitation";
   static constexpr std::string_view doc =
-      "A bounded experiment: commands of motor and brake that go past scene and law. What it names "
-      "is reached from where the last excitation is now, in a straight line. The motor also gets a "
-      "sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping "
-      "(reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, "
-      "disarms; so does a servo that asks for all that the motor may give for 50 ms while the "
+      "A bounded experiment: commands of motor and brake that go past scene and law. Both commands "
+      "move in a straight line from where the last excitation is now. The motor also gets a sine "
+      "and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' "
+      "- speed)`. The device disarms when a bound is left, or when the time is over and no next "
+      "one has come. It also disarms when the servo asks for all of the motor for 50 ms and the "
       "encoder stands still.";
   static constexpr FieldList fields{
       any_number("sequence", &Excitation::sequence, "", "returned in the acknowledgement"),

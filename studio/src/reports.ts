@@ -109,19 +109,19 @@ export const STATUSES: readonly { name: string; doc: string; advice: string }[] 
 ];
 
 export const DISARM_REASONS: readonly { name: string; doc: string }[] = [
-  {"name": "order", "doc": "somebody said disarm() or stop()"},
+  {"name": "order", "doc": "a program called disarm() or stop()"},
   {"name": "watchdog", "doc": "the host was silent for too long, or the bus was lost"},
   {"name": "deadline_missed", "doc": "a streamed local model outlived its deadline"},
   {"name": "fault", "doc": "a fault was latched"},
-  {"name": "game_idle", "doc": "a game had the actuator and has nothing to play any more"},
+  {"name": "game_idle", "doc": "a game had the actuator and has nothing more to play"},
   {"name": "disconnected", "doc": "the device was unplugged or lost its power"},
-  {"name": "unknown", "doc": "the word of the device about it was lost on the way"},
+  {"name": "unknown", "doc": "the device's message was lost on the way"},
   {
     "name": "excitation_over",
     "doc": "the time of an excitation was over and no next one had come",
   },
   {"name": "excitation_stopped", "doc": "an excitation left its bounds of travel or speed"},
-  {"name": "dial_idle", "doc": "the dial had the actuator and nobody turns it any more"},
+  {"name": "dial_idle", "doc": "the dial had the actuator and nobody turns it"},
 ];
 
 export const FAULTS: readonly Bit[] = [
@@ -176,13 +176,13 @@ export const FAULTS: readonly Bit[] = [
   {
     "name": "temperature",
     "bit": 8,
-    "doc": "the motor's winding or the brake's coil is too hot, by the currents that they had",
+    "doc": "the motor's winding or the brake's coil is too hot, computed from its current",
     "advice": "let it cool down; then look for a current that nobody asked for, and compare motor_current_continuous_a, brake_continuous_percent and ambient_c of the board configuration with the parts; clear the fault",
   },
   {
     "name": "supply",
     "bit": 9,
-    "doc": "the supply's voltage, as the board measures it, is not the configured one",
+    "doc": "the measured voltage of the supply is not the configured one",
     "advice": "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and the divider's wire with the board configuration. A fault while nobody was armed goes by itself; clear any other",
   },
 ];
@@ -196,7 +196,7 @@ export const FLAGS: readonly Bit[] = [
   {
     "name": "bounded",
     "bit": 7,
-    "doc": "less is given than the scene asks, or the knob would buzz",
+    "doc": "less than the scene asks, so that the knob does not buzz",
     "advice": "",
   },
 ];
@@ -306,7 +306,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "knob_coulomb_nm", "kind": "number", "doc": "dry friction of motor and knob", "wire": "knob_coulomb_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.006, "shown": true},
       {"name": "knob_viscous_nm_s_per_rad", "kind": "number", "doc": "viscous friction of motor and knob", "wire": "knob_viscous_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 2.6e-05, "shown": true},
       {"name": "motor_time_constant_s", "kind": "number", "doc": "from command to torque", "wire": "motor_time_constant_s", "type": "f32", "low": 0.0, "high": 1.0, "unit": "s", "default": 4.4e-05, "shown": true},
-      {"name": "brake_inertia_kg_m2", "kind": "number", "doc": "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's", "wire": "brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1.0, "unit": "kg m^2", "default": 4e-05, "shown": true},
+      {"name": "brake_inertia_kg_m2", "kind": "number", "doc": "of pulleys and brake; 0: not counted. This and the next two are for the law calibrated", "wire": "brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1.0, "unit": "kg m^2", "default": 4e-05, "shown": true},
       {"name": "brake_hysteresis_nm", "kind": "number", "doc": "half the width of the loop of the brake's torque over its command", "wire": "brake_hysteresis_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "brake_release_time_constant_s", "kind": "number", "doc": "where the brake lets go; 0: as `brake_time_constant_s`", "wire": "brake_release_time_constant_s", "type": "f32", "low": 0.0, "high": 100.0, "unit": "s", "default": 0.0, "shown": true},
     ],
@@ -332,7 +332,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "passive_ramp_s", "kind": "number", "doc": "the motor's way to zero when the host is lost", "wire": "passive_ramp_s", "type": "f32", "low": 0.0, "high": 10.0, "unit": "s", "default": 0.05, "shown": true},
       {"name": "passive_brake_nm", "kind": "number", "doc": "the brake's torque on that way; 0 releases it", "wire": "passive_brake_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "autonomous", "kind": "switch", "doc": "on: no watchdog, plays on without a host", "wire": "autonomous", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
-      {"name": "free_assist_nm", "kind": "number", "doc": "what the motor takes off the friction where the scene asks for nothing, at most three quarters of all that is configured; the law calibrated's", "wire": "free_assist_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "free_assist_nm", "kind": "number", "doc": "friction that the motor cancels where the scene asks for nothing, at most three quarters of the configured friction; law calibrated only", "wire": "free_assist_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
     ],
   },
   "board_config": {
@@ -340,7 +340,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "direction": "feature",
     "title": "BoardConfig",
     "doc": "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
-    "notes": "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device starts the next time. Of the emulated device it concerns what has Electrics.",
+    "notes": "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The emulated device uses it where it has Electrics.",
     "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
@@ -348,7 +348,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "supply_v", "kind": "number", "doc": "of both H-bridges", "wire": "supply_v", "type": "f32", "low": 3.0, "high": 60.0, "unit": "V", "default": 12.0, "shown": true},
       {"name": "motor_torque_constant_nm_per_a", "kind": "number", "doc": "at the knob", "wire": "motor_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 100.0, "unit": "N m/A", "default": 0.05, "shown": true},
       {"name": "motor_current_max_a", "kind": "number", "doc": "never asked for more; one and a half times as much measured is a fault", "wire": "motor_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 2.0, "shown": true},
-      {"name": "motor_current_continuous_a", "kind": "number", "doc": "that the winding stands for ever in air of 25 degrees; more is given for seconds, then less and less", "wire": "motor_current_continuous_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 1.0, "shown": true},
+      {"name": "motor_current_continuous_a", "kind": "number", "doc": "that the winding stands for ever in air of 25 degrees; more is given for seconds only", "wire": "motor_current_continuous_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 1.0, "shown": true},
       {"name": "motor_resistance_ohm", "kind": "number", "doc": "of the winding", "wire": "motor_resistance_ohm", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "ohm", "default": 2.5, "shown": true},
       {"name": "motor_inductance_h", "kind": "number", "doc": "of the winding", "wire": "motor_inductance_h", "type": "f32", "low": 1e-06, "high": 1.0, "unit": "H", "default": 0.0015, "shown": true},
       {"name": "current_bandwidth_hz", "kind": "whole", "doc": "of the current loop; on a pico held at a tenth of the control rate", "wire": "current_bandwidth_hz", "type": "u16", "low": 1, "high": 65535, "unit": "Hz", "default": 10000, "shown": true},
@@ -356,11 +356,11 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "brake_torque_constant_nm_per_a", "kind": "number", "doc": "on the pulley", "wire": "brake_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 1000.0, "unit": "N m/A", "default": 0.44, "shown": true},
       {"name": "brake_current_max_a", "kind": "number", "doc": "of the coil", "wire": "brake_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 0.3, "shown": true},
       {"name": "brake_resistance_ohm", "kind": "number", "doc": "of the coil", "wire": "brake_resistance_ohm", "type": "f32", "low": 0.001, "high": 10000.0, "unit": "ohm", "default": 40.0, "shown": true},
-      {"name": "brake_inductance_h", "kind": "number", "doc": "of the coil, which the bridge then drives both ways, so that its current follows with the actuator's brake_time_constant_s; 0: it follows as the coil lets it", "wire": "brake_inductance_h", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "H", "default": 0.0, "shown": true},
+      {"name": "brake_inductance_h", "kind": "number", "doc": "of the coil; the bridge then drives it both ways, and its current follows with the actuator's brake_time_constant_s. 0: the current follows as the coil lets it", "wire": "brake_inductance_h", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "H", "default": 0.0, "shown": true},
       {"name": "motor_reversed", "kind": "switch", "doc": "on: a current into the first motor pin turns the knob to smaller angles", "wire": "motor_reversed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
-      {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer `assumed`, a real board holds torques and speed low. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
-      {"name": "brake_continuous_percent", "kind": "whole", "doc": "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for a while, then less and less", "wire": "brake_continuous_percent", "type": "u8", "low": 0, "high": 100, "unit": "%", "default": 100, "shown": true},
-      {"name": "ambient_c", "kind": "whole", "doc": "of the air round motor and brake, the warmest that it gets", "wire": "ambient_c", "type": "u8", "low": 0, "high": 100, "unit": "degree C", "default": 25, "shown": true},
+      {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked the parts. A real board holds torques and speed low until this is on and `values_are` is not `assumed`. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
+      {"name": "brake_continuous_percent", "kind": "whole", "doc": "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a while only", "wire": "brake_continuous_percent", "type": "u8", "low": 0, "high": 100, "unit": "%", "default": 100, "shown": true},
+      {"name": "ambient_c", "kind": "whole", "doc": "of the air around motor and brake, at its warmest", "wire": "ambient_c", "type": "u8", "low": 0, "high": 100, "unit": "degree C", "default": 25, "shown": true},
       {"name": "supply_sense_ratio", "kind": "whole", "doc": "of the divider at supply_sense_pin: the supply's voltage over the pin's", "wire": "supply_sense_ratio", "type": "u8", "low": 1, "high": 255, "default": 11, "shown": true},
       {"name": "encoder_pin", "kind": "whole", "doc": "GPIO of A; B is the next one", "wire": "encoder_pin", "type": "u8", "low": 0, "high": 28, "default": 2, "shown": true},
       {"name": "motor_pin", "kind": "whole", "doc": "GPIO of the first input of the motor's bridge, even; the second is the next one", "wire": "motor_pin", "type": "u8", "low": 0, "high": 28, "default": 6, "shown": true},
@@ -369,7 +369,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "emergency_stop_pin", "kind": "whole", "doc": "GPIO, low to run; an open wire stops", "wire": "emergency_stop_pin", "type": "u8", "low": 0, "high": 29, "default": 11, "shown": true},
       {"name": "driver_fault_pin", "kind": "whole", "doc": "GPIO, low when a bridge reports an error", "wire": "driver_fault_pin", "type": "u8", "low": 0, "high": 29, "default": 12, "shown": true},
       {"name": "current_sense_pin", "kind": "whole", "doc": "GPIO of the motor's current sensor", "wire": "current_sense_pin", "type": "u8", "low": 26, "high": 28, "default": 26, "shown": true},
-      {"name": "supply_sense_pin", "kind": "whole", "doc": "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none", "wire": "supply_sense_pin", "type": "u8", "low": 0, "high": 28, "default": 0, "shown": true},
+      {"name": "supply_sense_pin", "kind": "whole", "doc": "GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none", "wire": "supply_sense_pin", "type": "u8", "low": 0, "high": 28, "default": 0, "shown": true},
       {"name": "light_pin", "kind": "whole", "doc": "GPIO of the status light", "wire": "light_pin", "type": "u8", "low": 0, "high": 29, "default": 25, "shown": true},
     ],
   },
@@ -385,7 +385,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "enabled", "kind": "switch", "doc": "off: games see the axis but move nothing", "wire": "enabled", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": true, "shown": true},
       {"name": "range_deg", "kind": "number", "doc": "from one end of the game's axis to the other, round angle 0", "wire": "range_deg", "type": "f32", "low": 10.0, "high": 36000.0, "unit": "degree", "default": 900.0, "shown": true},
-      {"name": "torque_max_nm", "kind": "number", "doc": "torque at full level, and the most that all effects together get; never more than the motor's", "wire": "torque_max_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
+      {"name": "torque_max_nm", "kind": "number", "doc": "torque at full level, and the limit of all effects together; never more than the motor's", "wire": "torque_max_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
       {"name": "gain", "kind": "number", "doc": "on top of the game's own gains", "wire": "gain", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true},
       {"name": "spring_gain", "kind": "number", "doc": "1: a full spring reaches full torque at the end of the axis", "wire": "spring_gain", "type": "f32", "low": 0.0, "high": 1000.0, "default": 20.0, "shown": true},
       {"name": "speed_full_rad_s", "kind": "number", "doc": "speed at which a full damper reaches full torque", "wire": "speed_full_rad_s", "type": "f32", "low": 0.1, "high": 10000.0, "unit": "rad/s", "default": 20.0, "shown": true},
@@ -394,7 +394,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "silence_s", "kind": "number", "doc": "silence of the game that stops forces without end; 0 is never", "wire": "silence_s", "type": "f32", "low": 0.0, "high": 3600.0, "unit": "s", "default": 10.0, "shown": true},
       {"name": "join_updates", "kind": "switch", "doc": "on: updates of a steady force are joined by lines, half a frame of the game late; hits pass", "wire": "join_updates", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": true, "shown": true},
       {"name": "end_stiffness_nm_per_rad", "kind": "number", "doc": "of walls at both ends of the axis, while a game has the actuator; 0: none", "wire": "end_stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
-      {"name": "personality", "kind": "choice", "doc": "what the computer takes the knob for; save it: it counts when the device starts the next time", "wire": "personality", "type": "u8", "enumeration": "Personality", "values": ["game_controller", "dial"], "default": "game_controller", "shown": true},
+      {"name": "personality", "kind": "choice", "doc": "what the knob is to the computer; save it: it takes effect at the next start", "wire": "personality", "type": "u8", "enumeration": "Personality", "values": ["game_controller", "dial"], "default": "game_controller", "shown": true},
       {"name": "dial_use", "kind": "choice", "doc": "of a dial", "wire": "dial_use", "type": "u8", "enumeration": "DialUse", "values": ["wheel", "pan", "volume"], "default": "wheel", "shown": true},
       {"name": "dial_detents", "kind": "whole", "doc": "of a dial, in a turn", "wire": "dial_detents", "type": "u8", "low": 1, "high": 240, "default": 24, "shown": true},
       {"name": "dial_torque_nm", "kind": "number", "doc": "of a dial between two detents, no more than is stable; 0: it turns freely", "wire": "dial_torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.02, "shown": true},
@@ -404,7 +404,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 10,
     "direction": "feature",
     "title": "ShaftConfig",
-    "doc": "How the shaft's spring goes on where it is not one straight line. Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike.",
+    "doc": "The curve of the shaft's spring beyond its first straight piece. Up to the first knee the stiffness is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike.",
     "notes": "Set only while disarmed.",
     "size": 35,
     "fields": [
@@ -424,7 +424,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 11,
     "direction": "feature",
     "title": "CalibrationConfig",
-    "doc": "How well the values of actuator and shaft are known, and since when. It is about the values that the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured.",
+    "doc": "How well the values of actuator and shaft are known, and since when. It belongs to the values that the device has when it takes this report. When one of them changes, `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured.",
     "notes": "Set only while disarmed.",
     "size": 63,
     "fields": [
@@ -432,7 +432,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "values_are", "kind": "choice", "doc": "on what they are based", "wire": "values_are", "type": "u8", "enumeration": "Basis", "values": ["assumed", "stated", "measured"], "default": "assumed", "shown": true},
       {"name": "calibrated_unix_s", "kind": "whole", "doc": "when they were measured, in seconds since 1970; 0: never", "wire": "calibrated_unix_s", "type": "u32", "low": 0, "high": 4294967295, "default": 0, "shown": true},
-      {"name": "ambient_k", "kind": "number", "doc": "how warm it was, as whoever measured them has said; 0: nobody did", "wire": "ambient_k", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "K", "default": 0.0, "shown": true},
+      {"name": "ambient_k", "kind": "number", "doc": "how warm it was, as the user said; 0: not said", "wire": "ambient_k", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "K", "default": 0.0, "shown": true},
       {"name": "calibrated_rate_hz", "kind": "number", "doc": "of control, when they were measured", "wire": "calibrated_rate_hz", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "Hz", "default": 0.0, "shown": true},
       {"name": "sigma_knob_inertia_kg_m2", "kind": "number", "doc": "of `knob_inertia_kg_m2`", "wire": "sigma_knob_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "kg m^2", "default": 0.0, "shown": true},
       {"name": "sigma_knob_coulomb_nm", "kind": "number", "doc": "of `knob_coulomb_nm`", "wire": "sigma_knob_coulomb_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
@@ -454,7 +454,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 8,
     "direction": "feature",
     "title": "GameMonitor",
-    "doc": "What games do. Each reading shows the next effects that exist, in turns. Read only.",
+    "doc": "What games do. Each reading shows the next of the effects, in turns. Read only.",
     "notes": "",
     "size": 53,
     "fields": [
@@ -473,7 +473,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 9,
     "direction": "feature",
     "title": "Ledger",
-    "doc": "What motor and shaft have done to the knob since the law began to count, in whole numbers that lose nothing; `energies()` makes joules of them. Read only.",
+    "doc": "The energy that motor and shaft have given to the knob since the law began to count. The numbers are whole and lose nothing; `energies()` makes joules of them. Read only.",
     "notes": "",
     "size": 37,
     "fields": [
@@ -490,7 +490,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 12,
     "direction": "feature",
     "title": "MotorCurrent",
-    "doc": "What the motor's current sensor has shown, and what its bridge was told, in every period of the current loop since the board started: of two readings of this report the difference tells what was between them, however long that is. Read only.",
+    "doc": "Sums over all periods of the current loop since the board started: readings of the motor's current sensor and shares of its bridge. Read the report twice; the difference is what happened between. Read only.",
     "notes": "",
     "size": 61,
     "fields": [
@@ -513,7 +513,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 16,
     "direction": "output",
     "title": "Command",
-    "doc": "An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; disarm; stop: disarm and empty the scene; zero: this position becomes angle 0; only while disarmed; relax: the shaft's spring is known to be relaxed now; only while disarmed; save: keep the configuration; only while disarmed; load_defaults: configuration of a new device; only while disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after it; only while disarmed.",
+    "doc": "An order without values.",
     "notes": "",
     "size": 4,
     "fields": [
@@ -526,7 +526,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 17,
     "direction": "output",
     "title": "Commit",
-    "doc": "Plays the scene as written, whole, from the next tick on. Slots written since the last commit start anew, the others go on.",
+    "doc": "Plays the whole scene as written from the next tick on. Slots written since the last commit start anew, the others go on.",
     "notes": "",
     "size": 5,
     "fields": [
@@ -546,7 +546,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "decimation", "kind": "whole", "doc": "one sample every so many ticks; 0 stops", "wire": "decimation", "type": "u8", "default": 0},
-      {"name": "prompt", "kind": "switch", "doc": "on: a report in every frame with the newest samples that are there; off: full reports, which is a few frames later", "wire": "prompt", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
+      {"name": "prompt", "kind": "switch", "doc": "on: a report in every frame with the newest samples; off: full reports, a few frames later", "wire": "prompt", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
     ],
   },
   "local_model": {
@@ -570,7 +570,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 20,
     "direction": "output",
     "title": "Excitation",
-    "doc": "A bounded experiment: commands of motor and brake that go past scene and law. What it names is reached from where the last excitation is now, in a straight line. The motor also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a servo that asks for all that the motor may give for 50 ms while the encoder stands still.",
+    "doc": "A bounded experiment: commands of motor and brake that go past scene and law. Both commands move in a straight line from where the last excitation is now. The motor also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`. The device disarms when a bound is left, or when the time is over and no next one has come. It also disarms when the servo asks for all of the motor for 50 ms and the encoder stands still.",
     "notes": "",
     "size": 55,
     "fields": [
@@ -786,7 +786,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 44,
     "direction": "output",
     "title": "Impact",
-    "doc": "The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the speed with which the knob comes in through the surface. Inside only, and it gives back no more energy than it has taken since, but for a count.",
+    "doc": "The knock of something hard, in proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than it took, within one count.",
     "notes": "",
     "size": 37,
     "fields": [

@@ -18,30 +18,30 @@ from tools.definition.model import (
 INTRODUCTION = """\
 # Protocol
 
-This page is printed from the field lists in `firmware/protocol/definition/`; do not edit it.
-`./dev generate` writes it anew.
+This page is printed from the field lists in `firmware/protocol/definition/`. Do not edit it; run
+`./dev generate`.
 
-Torsio talks HID. A report is 64 bytes: its id, its fields without gaps in little-endian order, and
+Torsio talks HID. A report has 64 bytes: its id, its fields without gaps in little-endian order, and
 zeros. Floats are IEEE 754 binary32. Angles that may lie many turns away are 64-bit integers in units
-of 2^-32 turn. Torques are torques on the knob, positive along positive angle.
+of 2^-32 turn. Torques act on the knob, positive along positive angle.
 
-- **Output** reports go from the host to the device, **input** reports come back, **feature** reports
-  are asked for, and some of them set, by control requests.
-- The device checks every report before it looks at what it means: length, padding, finite numbers,
-  ranges, then the fields against each other. What fails changes nothing.
-- Every output report and every setting of a feature report is answered by an `acknowledgement` with
-  its sequence number, except `keep_alive` commands and accepted `local_model` reports, of which there
-  may be a thousand in a second.
-- Both sides compute a fingerprint over the ids, names and types of all reports. The host compares it
-  with the one in `identity` and goes no further if they differ. The first two fields of `identity`
-  are the same in every version. New values go to the end of their enumeration. Those of boards, events
-  and statuses do not enter it: a host shows one that it does not know as a number. Of the others, such as
-  laws and waveforms, their number does.
-- A scene is written effect by effect into slots, then committed: the whole change takes effect
-  between two ticks of the control loop.
-- While it is armed the device wants to hear from the host within `watchdog_s` of `control_config`.
-  If it does not, or if a `local_model` outlives its deadline, it *fails passive*: the motor goes to
-  zero in `passive_ramp_s`, the brake holds `passive_brake_nm` meanwhile, then the device is disarmed.
+- **Output** reports go from the host to the device and **input** reports come back. The host reads
+  **feature** reports, and sets some of them, by control requests.
+- The device checks every report: length, padding, finite numbers, ranges, then the fields against
+  each other. A report that fails changes nothing.
+- The device answers every output report and every setting of a feature report with an
+  `acknowledgement` and its sequence number. It does not answer `keep_alive` commands and accepted
+  `local_model` reports.
+- Both sides compute a fingerprint of the ids, names and types of all reports. The host compares it
+  with the one in `identity`, and stops if they differ. The first two fields of `identity` are the same
+  in every version.
+- New values go to the end of their enumeration. New boards, events and statuses do not change the
+  fingerprint, and a host shows an unknown one as a number. New laws and waveforms change it.
+- A scene is written effect by effect into slots, then committed. The whole change takes effect between
+  two ticks of the control loop.
+- An armed device expects the host within `watchdog_s` of `control_config`. If the host is silent, or a
+  `local_model` passes its deadline, the device *fails passive*. The motor goes to zero in
+  `passive_ramp_s`, the brake holds `passive_brake_nm` meanwhile, then the device disarms.
 """
 
 
@@ -94,9 +94,21 @@ def _rows(of: Structure, offset: int) -> str:
 
 
 def _bits(of: Bits) -> str:
-    return ", ".join(
-        f"0x{1 << place:02X} {bit.name} ({bit.doc})" for place, bit in enumerate(of.bits, of.first)
+    return "| bit | name | meaning |\n|---|---|---|\n" + "".join(
+        f"| 0x{1 << place:02X} | `{bit.name}` | {bit.doc} |\n"
+        for place, bit in enumerate(of.bits, of.first)
     )
+
+
+def _values(of: Structure) -> str:
+    """Explain a report's own values, of which each has one meaning or none."""
+    out = ""
+    for field in of.wire_fields:
+        if isinstance(field.of, Enumeration) and not field.of.public and field.of.doc:
+            out += f"\n| `{field.name_on_wire}` | meaning |\n|---|---|\n" + "".join(
+                f"| {value.name} | {value.doc} |\n" for value in field.of.values
+            )
+    return out
 
 
 def protocol(
@@ -117,17 +129,17 @@ def protocol(
     out += "\n## Status codes\n\n| code | name | meaning |\n|--:|---|---|\n"
     for code, value in enumerate(status.values):
         out += f"| {code} | `{value.name}` | {value.doc} |\n"
-    out += f"\n## Bits\n\n`faults` (latched until `clear_fault`): {_bits(faults)}.\n"
+    out += f"\n## Bits\n\n`faults`, latched until `clear_fault`:\n\n{_bits(faults)}"
     out += (
-        "\n`flags` of telemetry: bits 0 and 1 are the state (0 disarmed, 1 armed, 2 fault), "
-        f"{_bits(flags)}.\n"
+        "\n`flags` of telemetry. Bits 0 and 1 are the state: 0 disarmed, 1 armed, 2 fault.\n\n"
+        f"{_bits(flags)}"
     )
     out += (
         "\n## Fields\n\n`#` is the index that an acknowledgement names, `byte` counts from the "
         "report's id.\n"
     )
     for of in reports:
-        out += f"\n### {of.snake}\n\n{of.wire_doc or of.doc}\n{_rows(of, 1)}"
+        out += f"\n### {of.snake}\n\n{of.wire_doc or of.doc}\n{_rows(of, 1)}{_values(of)}"
     for of in parts:
         out += f"\n### {of.snake}\n\n{of.doc} Bytes count from its start.\n{_rows(of, 0)}"
     return out

@@ -81,7 +81,7 @@ class ActuatorConfig(checks.ByName):
     motor_time_constant_s
         From command to torque; 0 to 1.
     brake_inertia_kg_m2
-        Of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to
+        Of pulleys and brake; 0: not counted. This and the next two are for the law calibrated; 0 to
         1.
     brake_hysteresis_nm
         Half the width of the loop of the brake's torque over its command; 0 to 100.
@@ -139,8 +139,8 @@ class ControlConfig(checks.ByName):
     autonomous
         True: no watchdog, plays on without a host.
     free_assist_nm
-        What the motor takes off the friction where the scene asks for nothing, at most three
-        quarters of all that is configured; the law calibrated's; 0 to 100.
+        Friction that the motor cancels where the scene asks for nothing, at most three quarters of
+        the configured friction; law calibrated only; 0 to 100.
     """
 
     _: KW_ONLY
@@ -162,8 +162,8 @@ class ControlConfig(checks.ByName):
 class BoardConfig(checks.ByName):
     """What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.
 
-    A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the
-    device starts the next time. Of the emulated device it concerns what has Electrics.
+    A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+    start. The emulated device uses it where it has Electrics.
 
     Attributes
     ----------
@@ -174,8 +174,8 @@ class BoardConfig(checks.ByName):
     motor_current_max_a
         Never asked for more; one and a half times as much measured is a fault; 0 to 100.
     motor_current_continuous_a
-        That the winding stands for ever in air of 25 degrees; more is given for seconds, then less
-        and less; 0 to 100.
+        That the winding stands for ever in air of 25 degrees; more is given for seconds only; 0 to
+        100.
     motor_resistance_ohm
         Of the winding; 0.001 to 1000.
     motor_inductance_h
@@ -191,18 +191,18 @@ class BoardConfig(checks.ByName):
     brake_resistance_ohm
         Of the coil; 0.001 to 1e4.
     brake_inductance_h
-        Of the coil, which the bridge then drives both ways, so that its current follows with the
-        actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000.
+        Of the coil; the bridge then drives it both ways, and its current follows with the
+        actuator's brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000.
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
     confirmed
-        True: somebody has checked that these are the parts. Until then, and until `values_are` is
-        no longer `assumed`, a real board holds torques and speed low. Acts at once.
+        True: somebody has checked the parts. A real board holds torques and speed low until this is
+        on and `values_are` is not `assumed`. Acts at once.
     brake_continuous_percent
-        Of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given
-        for a while, then less and less; 0 to 100.
+        Of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for
+        a while only; 0 to 100.
     ambient_c
-        Of the air round motor and brake, the warmest that it gets; 0 to 100.
+        Of the air around motor and brake, at its warmest; 0 to 100.
     supply_sense_ratio
         Of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255.
     encoder_pin
@@ -220,7 +220,7 @@ class BoardConfig(checks.ByName):
     current_sense_pin
         GPIO of the motor's current sensor; 26 to 28.
     supply_sense_pin
-        GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none; 0 to 28.
+        GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none; 0 to 28.
     light_pin
         GPIO of the status light; 0 to 29.
     """
@@ -269,8 +269,8 @@ class GameConfig(checks.ByName):
     range_deg
         From one end of the game's axis to the other, round angle 0; 10 to 36000.
     torque_max_nm
-        Torque at full level, and the most that all effects together get; never more than the
-        motor's; 0 to 100.
+        Torque at full level, and the limit of all effects together; never more than the motor's; 0
+        to 100.
     gain
         On top of the game's own gains; 0 to 1.
     spring_gain
@@ -289,8 +289,7 @@ class GameConfig(checks.ByName):
     end_stiffness_nm_per_rad
         Of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6.
     personality
-        What the computer takes the knob for; save it: it counts when the device starts the next
-        time.
+        What the knob is to the computer; save it: it takes effect at the next start.
     dial_use
         Of a dial.
     dial_detents
@@ -319,10 +318,10 @@ class GameConfig(checks.ByName):
 
 @dataclass(frozen=True)
 class ShaftConfig(checks.ByName):
-    """How the shaft's spring goes on where it is not one straight line.
+    """The curve of the shaft's spring beyond its first straight piece.
 
-    Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways
-    are alike.
+    Up to the first knee the stiffness is the actuator's `spring_stiffness_nm_per_rad`. Both
+    directions are alike.
 
     Set only while disarmed.
 
@@ -361,9 +360,9 @@ class ShaftConfig(checks.ByName):
 class CalibrationConfig(checks.ByName):
     """How well the values of actuator and shaft are known, and since when.
 
-    It is about the values that the device has as it takes this: as soon as one is another,
-    `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not
-    measured.
+    It belongs to the values that the device has when it takes this report. When one of them
+    changes, `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it
+    was not measured.
 
     Set only while disarmed.
 
@@ -374,7 +373,7 @@ class CalibrationConfig(checks.ByName):
     calibrated_unix_s
         When they were measured, in seconds since 1970; 0: never; 0 to 4294967300.
     ambient_k
-        How warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000.
+        How warm it was, as the user said; 0: not said; 0 to 1000.
     calibrated_rate_hz
         Of control, when they were measured; 0 to 1e6.
     sigma_knob_inertia_kg_m2

@@ -369,9 +369,8 @@ class Curve(Effect):
 class Impact(Effect):
     """The knock of something hard.
 
-    A decaying sine, and a pulse that brakes, in proportion to the speed with which the knob comes
-    in through the surface. Inside only, and it gives back no more energy than it has taken since,
-    but for a count.
+    In proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse
+    that brakes. It acts inside only, and gives back no more energy than it took, within one count.
 
     Attributes
     ----------
@@ -408,11 +407,11 @@ class Impact(Effect):
 class Excitation(checks.ByName):
     """A bounded experiment: commands of motor and brake that go past scene and law.
 
-    What it names is reached from where the last excitation is now, in a straight line. The motor
-    also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping
-    (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one,
-    disarms; so does a servo that asks for all that the motor may give for 50 ms while the encoder
-    stands still.
+    Both commands move in a straight line from where the last excitation is now. The motor also gets
+    a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping
+    (reference' - speed)`. The device disarms when a bound is left, or when the time is over and no
+    next one has come. It also disarms when the servo asks for all of the motor for 50 ms and the
+    encoder stands still.
 
     Attributes
     ----------

@@ -129,4 +129,4 @@ FLAG_PASSIVE: Final = 1 << 5
 FLAG_GAME: Final = 1 << 6
 """A game has the actuator."""
 FLAG_BOUNDED: Final = 1 << 7
-"""Less is given than the scene asks, or the knob would buzz."""
+"""Less than the scene asks, so that the knob does not buzz."""

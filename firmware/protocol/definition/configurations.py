@@ -56,7 +56,7 @@ ACTUATOR_CONFIG = _configuration(
     number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=MOTOR_LAG_S),
     number(
         "brake_inertia_kg_m2", "kg m^2", 0.0, 1.0,
-        "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's",
+        "of pulleys and brake; 0: not counted. This and the next two are for the law calibrated",
         default=constants.REFERENCE_BRAKE_INERTIA_KG_M2,
     ),
     torque(
@@ -99,8 +99,8 @@ CONTROL_CONFIG = _configuration(
     switch("autonomous", e.TOGGLE, "on: no watchdog, plays on without a host"),
     torque(
         "free_assist_nm",
-        "what the motor takes off the friction where the scene asks for nothing, at most three quarters "
-        "of all that is configured; the law calibrated's",
+        "friction that the motor cancels where the scene asks for nothing, at most three quarters of the "
+        "configured friction; law calibrated only",
         default=0.0,
     ),
 )  # fmt: skip
@@ -109,8 +109,8 @@ BOARD_CONFIG = _configuration(
     0x06,
     "BoardConfig",
     "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
-    "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
-    "device starts the next time. Of the emulated device it concerns what has Electrics.",
+    "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next "
+    "start. The emulated device uses it where it has Electrics.",
     number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=constants.REFERENCE_SUPPLY_V),
     number(
         "motor_torque_constant_nm_per_a", "N m/A", 1e-4, 100.0, "at the knob",
@@ -122,8 +122,7 @@ BOARD_CONFIG = _configuration(
     ),
     number(
         "motor_current_continuous_a", "A", 0.0, 100.0,
-        "that the winding stands for ever in air of 25 degrees; more is given for seconds, then less "
-        "and less",
+        "that the winding stands for ever in air of 25 degrees; more is given for seconds only",
         default=1.0,
     ),
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=constants.REFERENCE_MOTOR_RESISTANCE_OHM),
@@ -145,8 +144,8 @@ BOARD_CONFIG = _configuration(
     number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=constants.REFERENCE_BRAKE_RESISTANCE_OHM),
     number(
         "brake_inductance_h", "H", 0.0, 1e3,
-        "of the coil, which the bridge then drives both ways, so that its current follows with the "
-        "actuator's brake_time_constant_s; 0: it follows as the coil lets it", default=0.0,
+        "of the coil; the bridge then drives it both ways, and its current follows with the actuator's "
+        "brake_time_constant_s. 0: the current follows as the coil lets it", default=0.0,
     ),
     switch(
         "motor_reversed", e.TOGGLE,
@@ -154,17 +153,17 @@ BOARD_CONFIG = _configuration(
     ),
     switch(
         "confirmed", e.TOGGLE,
-        "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer "
-        "`assumed`, a real board holds torques and speed low. Acts at once",
+        "on: somebody has checked the parts. A real board holds torques and speed low until this is on and "
+        "`values_are` is not `assumed`. Acts at once",
     ),
     whole(
         "brake_continuous_percent", "u8", 0, 100,
-        "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for a "
-        "while, then less and less", default=100, unit="%",
+        "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a "
+        "while only", default=100, unit="%",
     ),
     whole(
         "ambient_c", "u8", 0, 100,
-        "of the air round motor and brake, the warmest that it gets", default=constants.REFERENCE_AMBIENT_C, unit="degree C",
+        "of the air around motor and brake, at its warmest", default=constants.REFERENCE_AMBIENT_C, unit="degree C",
     ),
     whole(
         "supply_sense_ratio", "u8", 1, 0xFF,
@@ -192,7 +191,7 @@ BOARD_CONFIG = _configuration(
     whole("current_sense_pin", "u8", 26, 28, "GPIO of the motor's current sensor", default=26),
     whole(
         "supply_sense_pin", "u8", 0, 28,
-        "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none",
+        "GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none",
     ),
     whole("light_pin", "u8", 0, 29, "GPIO of the status light", default=25),
 )  # fmt: skip
@@ -209,8 +208,7 @@ GAME_CONFIG = _configuration(
     ),
     torque(
         "torque_max_nm",
-        "torque at full level, and the most that all effects together get; never more than the "
-        "motor's",
+        "torque at full level, and the limit of all effects together; never more than the motor's",
         default=MAX_TORQUE_NM,
     ),
     number("gain", "", 0.0, 1.0, "on top of the game's own gains", default=1.0),
@@ -245,7 +243,7 @@ GAME_CONFIG = _configuration(
     ),
     choice(
         "personality", e.PERSONALITY,
-        "what the computer takes the knob for; save it: it counts when the device starts the next time",
+        "what the knob is to the computer; save it: it takes effect at the next start",
     ),
     choice("dial_use", e.DIAL_USE, "of a dial"),
     whole("dial_detents", "u8", 1, 240, "of a dial, in a turn", default=24),
@@ -270,8 +268,8 @@ def _knee(number_: int, place: str) -> tuple[Field, Field]:
 SHAFT_CONFIG = _configuration(
     0x0A,
     "ShaftConfig",
-    "How the shaft's spring goes on where it is not one straight line. Up to the first knee its "
-    "stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike.",
+    "The curve of the shaft's spring beyond its first straight piece. Up to the first knee the stiffness "
+    "is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike.",
     "Set only while disarmed.",
     *_knee(1, "twist of the first knee; 0: the spring is one straight line"),
     *_knee(2, "of the second, beyond the first; 0: there is none"),
@@ -292,8 +290,8 @@ def _permille(field: str, of: str) -> Field:
 CALIBRATION_CONFIG = _configuration(
     0x0B,
     "CalibrationConfig",
-    "How well the values of actuator and shaft are known, and since when. It is about the values that "
-    "the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A "
+    "How well the values of actuator and shaft are known, and since when. It belongs to the values that "
+    "the device has when it takes this report. When one of them changes, `values_are` reads `assumed`. A "
     "`sigma` is the standard uncertainty of a value; 0: it was not measured.",
     "Set only while disarmed.",
     choice("values_are", e.BASIS, "on what they are based"),
@@ -303,7 +301,7 @@ CALIBRATION_CONFIG = _configuration(
     ),
     number(
         "ambient_k", "K", 0.0, 1000.0,
-        "how warm it was, as whoever measured them has said; 0: nobody did",
+        "how warm it was, as the user said; 0: not said",
     ),
     number("calibrated_rate_hz", "Hz", 0.0, 1e6, "of control, when they were measured"),
     _sigma("knob_inertia_kg_m2", "kg m^2"),

@@ -199,9 +199,8 @@ DETENTS = _effect(
     torque("torque_nm", "largest torque"),
     choice("profile", e.DETENT_PROFILE, "torque from one notch to the next"),
     number("width", "", 0.01, 1.0, "share of the pitch; click only", default=0.5),
-    wire_doc="Notches at equal distances. sine: torque -T sin(2 pi u) at u pitches from a notch; "
-    "linear: -2 T u within half a pitch; click: linear within the width, beyond it T toward the "
-    "notch.",
+    wire_doc="Notches at equal distances. Torque at u pitches from a notch: sine -T sin(2 pi u), linear "
+    "-2 T u within half a pitch, click linear within the width and T toward the notch beyond it.",
     example={"per_turn": 24, "torque_nm": 0.03},
 )  # fmt: skip
 END_STOPS = _effect(
@@ -257,9 +256,9 @@ CURVE = _effect(
 IMPACT = _effect(
     0x2C,
     "Impact",
-    "The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the speed "
-    "with which the knob comes in through the surface. Inside only, and it gives back no more energy than "
-    "it has taken since, but for a count.",
+    "The knock of something hard, in proportion to the speed at which the knob enters the surface: a "
+    "decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than it "
+    "took, within one count.",
     angle_rad("angle_rad", "the surface, as a rule that of a wall"),
     choice("side", e.SIDE, "on which side of the surface it is solid"),
     number(

@@ -37,19 +37,19 @@ LAW = enumeration(
     "Law",
     "How the desired torque is shared between motor and brake; docs/theory.md.",
     Value("paper", "the printed law, as it must be read"),
-    Value("compensated", "the motor makes up for what the brake really holds, its drag counted"),
-    Value("parallel", "fixed shares, without the sensor: it sticks, and is here to show that"),
+    Value("compensated", "the motor fills in what the brake does not hold, with its drag counted"),
+    Value("parallel", "fixed shares without the sensor: it sticks, and is here to show that"),
     Value("motor_only", "no brake"),
     Value(
-        "calibrated", "as compensated, and no wall buzzes: what the parts cannot render is bounded"
+        "calibrated", "as compensated, and no wall buzzes: its stiffness is bounded by the parts"
     ),
 )
 
 BASIS = enumeration(
     "Basis",
     "On what the values of actuator and shaft are based.",
-    Value("assumed", "on data sheets: nobody has looked, or one of them was changed since"),
-    Value("stated", "somebody answers for them"),
+    Value("assumed", "on data sheets, or a value was changed since"),
+    Value("stated", "on the word of a user who answers for them"),
     Value("measured", "on a calibration"),
 )
 
@@ -111,16 +111,16 @@ OP = enumeration(
 DISARM_REASON = enumeration(
     "DisarmReason",
     "Why the torque went.",
-    Value("order", "somebody said disarm() or stop()"),
+    Value("order", "a program called disarm() or stop()"),
     Value("watchdog", "the host was silent for too long, or the bus was lost"),
     Value("deadline_missed", "a streamed local model outlived its deadline"),
     Value("fault", "a fault was latched"),
-    Value("game_idle", "a game had the actuator and has nothing to play any more"),
+    Value("game_idle", "a game had the actuator and has nothing more to play"),
     Value("disconnected", "the device was unplugged or lost its power"),
-    Value("unknown", "the word of the device about it was lost on the way"),
+    Value("unknown", "the device's message was lost on the way"),
     Value("excitation_over", "the time of an excitation was over and no next one had come"),
     Value("excitation_stopped", "an excitation left its bounds of travel or speed"),
-    Value("dial_idle", "the dial had the actuator and nobody turns it any more"),
+    Value("dial_idle", "the dial had the actuator and nobody turns it"),
 )
 RESET_CAUSE = enumeration(
     "ResetCause",
@@ -267,14 +267,14 @@ FAULT = Bits(
         ),
         Value(
             "temperature",
-            "the motor's winding or the brake's coil is too hot, by the currents that they had",
+            "the motor's winding or the brake's coil is too hot, computed from its current",
             "let it cool down; then look for a current that nobody asked for, and compare "
             "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
             "configuration with the parts; clear the fault",
         ),
         Value(
             "supply",
-            "the supply's voltage, as the board measures it, is not the configured one",
+            "the measured voltage of the supply is not the configured one",
             "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and "
             "the divider's wire with the board configuration. A fault while nobody was armed "
             "goes by itself; clear any other",
@@ -291,7 +291,7 @@ FLAG = Bits(
         Value("local_model", "a streamed local model is in force"),
         Value("passive", "fading out after silence or a deadline"),
         Value("game", "a game has the actuator"),
-        Value("bounded", "less is given than the scene asks, or the knob would buzz"),
+        Value("bounded", "less than the scene asks, so that the knob does not buzz"),
     ),
     "Bits of telemetry's `flags`; the two lowest are the state.",
     first=2,

@@ -113,7 +113,7 @@ GAME_EFFECT = Structure(
 )
 GAME_MONITOR = Structure(
     "GameMonitor",
-    "What games do. Each reading shows the next effects that exist, in turns. Read only.",
+    "What games do. Each reading shows the next of the effects, in turns. Read only.",
     (
         raw("tick", "u64", "of this moment"),
         on_wire(choice("owner", e.OWNER, "who has the actuator")),
@@ -130,8 +130,8 @@ GAME_MONITOR = Structure(
 )
 LEDGER = Structure(
     "Ledger",
-    "What motor and shaft have done to the knob since the law began to count, in whole numbers that "
-    "lose nothing; `energies()` makes joules of them. Read only.",
+    "The energy that motor and shaft have given to the knob since the law began to count. The numbers "
+    "are whole and lose nothing; `energies()` makes joules of them. Read only.",
     (
         raw("tick", "u64", "of this moment: control periods since power-up"),
         on_wire(switch("kept", e.TOGGLE, "the law keeps count; else all stand still")),
@@ -153,9 +153,9 @@ LEDGER = Structure(
 )  # fmt: skip
 MOTOR_CURRENT = Structure(
     "MotorCurrent",
-    "What the motor's current sensor has shown, and what its bridge was told, in every period of the "
-    "current loop since the board started: of two readings of this report the difference tells what "
-    "was between them, however long that is. Read only.",
+    "Sums over all periods of the current loop since the board started: readings of the motor's current "
+    "sensor and shares of its bridge. Read the report twice; the difference is what happened between. "
+    "Read only.",
     (
         on_wire(switch("measured", e.TOGGLE, "there is a current sensor; else all of this is nothing")),
         raw("position_counts", "i64", "at the newest tick", "count", -_FOR_EVER, _FOR_EVER),
@@ -176,17 +176,15 @@ MOTOR_CURRENT = Structure(
 )  # fmt: skip
 COMMAND = Structure(
     "Command",
-    "An order without values: "
-    + "; ".join(v.name + (f": {v.doc}" if v.doc else "") for v in e.OP.values)
-    + ".",
+    "An order without values.",
     (_SEQUENCE, _AXIS, on_wire(choice("op", e.OP, "what to do"))),
     id=0x10,
     direction="output",
 )
 COMMIT = Structure(
     "Commit",
-    "Plays the scene as written, whole, from the next tick on. Slots written since the last commit "
-    "start anew, the others go on.",
+    "Plays the whole scene as written from the next tick on. Slots written since the last commit start "
+    "anew, the others go on.",
     (_SEQUENCE, _AXIS, raw("active", "u16", "bit n: slot n plays")),
     id=0x11,
     direction="output",
@@ -201,8 +199,8 @@ STREAM = Structure(
         on_wire(
             switch(
                 "prompt", e.TOGGLE,
-                "on: a report in every frame with the newest samples that are there; off: full "
-                "reports, which is a few frames later",
+                "on: a report in every frame with the newest samples; off: full reports, a few "
+                "frames later",
             )
         ),
     ),
@@ -233,11 +231,11 @@ LOCAL_MODEL = Structure(
 )  # fmt: skip
 EXCITATION = Structure(
     "Excitation",
-    "A bounded experiment: commands of motor and brake that go past scene and law. What it names is "
-    "reached from where the last excitation is now, in a straight line. The motor also gets a sine "
-    "and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - "
-    "speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a servo "
-    f"that asks for all that the motor may give for {1e3 * EXCITATION_STILL_S.value:.0f} ms while the encoder "
+    "A bounded experiment: commands of motor and brake that go past scene and law. Both commands move "
+    "in a straight line from where the last excitation is now. The motor also gets a sine and the torque "
+    "of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`. The device "
+    "disarms when a bound is left, or when the time is over and no next one has come. It also disarms "
+    f"when the servo asks for all of the motor for {1e3 * EXCITATION_STILL_S.value:.0f} ms and the encoder "
     "stands still.",
     (
         _SEQUENCE,

@@ -65,20 +65,19 @@ TORSIO_API const char* torsio_ends_name(int32_t value);
 typedef enum torsio_law {
   TORSIO_LAW_PAPER = 0,  ///< the printed law, as it must be read
   TORSIO_LAW_COMPENSATED =
-      1,  ///< the motor makes up for what the brake really holds, its drag counted
+      1,  ///< the motor fills in what the brake does not hold, with its drag counted
   TORSIO_LAW_PARALLEL =
-      2,  ///< fixed shares, without the sensor: it sticks, and is here to show that
+      2,  ///< fixed shares without the sensor: it sticks, and is here to show that
   TORSIO_LAW_MOTOR_ONLY = 3,  ///< no brake
   TORSIO_LAW_CALIBRATED =
-      4,  ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
+      4,  ///< as compensated, and no wall buzzes: its stiffness is bounded by the parts
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
 
 /// On what the values of actuator and shaft are based.
 typedef enum torsio_basis {
-  TORSIO_BASIS_ASSUMED =
-      0,                    ///< on data sheets: nobody has looked, or one of them was changed since
-  TORSIO_BASIS_STATED = 1,  ///< somebody answers for them
+  TORSIO_BASIS_ASSUMED = 0,   ///< on data sheets, or a value was changed since
+  TORSIO_BASIS_STATED = 1,    ///< on the word of a user who answers for them
   TORSIO_BASIS_MEASURED = 2,  ///< on a calibration
 } torsio_basis;
 TORSIO_API const char* torsio_basis_name(int32_t value);
@@ -156,18 +155,18 @@ TORSIO_API const char* torsio_reset_cause_name(int32_t value);
 
 /// Why the torque went.
 typedef enum torsio_disarm_reason {
-  TORSIO_DISARM_REASON_ORDER = 0,     ///< somebody said disarm() or stop()
+  TORSIO_DISARM_REASON_ORDER = 0,     ///< a program called disarm() or stop()
   TORSIO_DISARM_REASON_WATCHDOG = 1,  ///< the host was silent for too long, or the bus was lost
   TORSIO_DISARM_REASON_DEADLINE_MISSED = 2,  ///< a streamed local model outlived its deadline
   TORSIO_DISARM_REASON_FAULT = 3,            ///< a fault was latched
-  TORSIO_DISARM_REASON_GAME_IDLE = 4,  ///< a game had the actuator and has nothing to play any more
+  TORSIO_DISARM_REASON_GAME_IDLE = 4,     ///< a game had the actuator and has nothing more to play
   TORSIO_DISARM_REASON_DISCONNECTED = 5,  ///< the device was unplugged or lost its power
-  TORSIO_DISARM_REASON_UNKNOWN = 6,       ///< the word of the device about it was lost on the way
+  TORSIO_DISARM_REASON_UNKNOWN = 6,       ///< the device's message was lost on the way
   TORSIO_DISARM_REASON_EXCITATION_OVER =
       7,  ///< the time of an excitation was over and no next one had come
   TORSIO_DISARM_REASON_EXCITATION_STOPPED =
       8,                               ///< an excitation left its bounds of travel or speed
-  TORSIO_DISARM_REASON_DIAL_IDLE = 9,  ///< the dial had the actuator and nobody turns it any more
+  TORSIO_DISARM_REASON_DIAL_IDLE = 9,  ///< the dial had the actuator and nobody turns it
 } torsio_disarm_reason;
 TORSIO_API const char* torsio_disarm_reason_name(int32_t value);
 
@@ -195,7 +194,7 @@ enum {
   TORSIO_FLAG_LOCAL_MODEL = 1 << 4,      ///< a streamed local model is in force
   TORSIO_FLAG_PASSIVE = 1 << 5,          ///< fading out after silence or a deadline
   TORSIO_FLAG_GAME = 1 << 6,             ///< a game has the actuator
-  TORSIO_FLAG_BOUNDED = 1 << 7,  ///< less is given than the scene asks, or the knob would buzz
+  TORSIO_FLAG_BOUNDED = 1 << 7,  ///< less than the scene asks, so that the knob does not buzz
 };
 
 /// Faults, latched until cleared: bits of every `faults` field.
@@ -209,10 +208,8 @@ enum {
   TORSIO_FAULT_CURRENT_SENSOR = 1 << 6,  ///< its zero leaves no room for the trip level
   TORSIO_FAULT_WINDING = 1 << 7,         ///< voltage, current and speed do not fit together
   TORSIO_FAULT_TEMPERATURE =
-      1
-      << 8,  ///< the motor's winding or the brake's coil is too hot, by the currents that they had
-  TORSIO_FAULT_SUPPLY =
-      1 << 9,  ///< the supply's voltage, as the board measures it, is not the configured one
+      1 << 8,  ///< the motor's winding or the brake's coil is too hot, computed from its current
+  TORSIO_FAULT_SUPPLY = 1 << 9,  ///< the measured voltage of the supply is not the configured one
 };
 
 /// One corner of a piecewise-linear function of time. The first value holds before the first knot,
@@ -399,9 +396,9 @@ typedef struct torsio_curve {
 } torsio_curve;
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
 
-/// The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the
-/// speed with which the knob comes in through the surface. Inside only, and it gives back no more
-/// energy than it has taken since, but for a count.
+/// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
+/// decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than
+/// it took, within one count.
 typedef struct torsio_impact {
   uint32_t struct_size;  ///< bytes of a torsio_impact
   /// the surface, as a rule that of a wall
@@ -440,11 +437,11 @@ typedef struct torsio_local_model {
 } torsio_local_model;
 TORSIO_API torsio_result torsio_local_model_init(torsio_local_model* structure);
 
-/// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
-/// reached from where the last excitation is now, in a straight line. The motor also gets a sine
-/// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
-/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
-/// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
+/// A bounded experiment: commands of motor and brake that go past scene and law. Both commands move
+/// in a straight line from where the last excitation is now. The motor also gets a sine and the
+/// torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`.
+/// The device disarms when a bound is left, or when the time is over and no next one has come. It
+/// also disarms when the servo asks for all of the motor for 50 ms and the encoder stands still.
 typedef struct torsio_excitation {
   uint32_t struct_size;  ///< bytes of a torsio_excitation
   /// must be given; until it disarms, unless the next one comes first; 0.001 to 60
@@ -507,8 +504,8 @@ typedef struct torsio_actuator_config {
   double knob_viscous_nm_s_per_rad;
   /// from command to torque; 0 to 1; at first 4.4e-05
   double motor_time_constant_s;
-  /// of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to 1;
-  /// at first 4e-05
+  /// of pulleys and brake; 0: not counted. This and the next two are for the law calibrated; 0 to
+  /// 1; at first 4e-05
   double brake_inertia_kg_m2;
   /// half the width of the loop of the brake's torque over its command; 0 to 100
   double brake_hysteresis_nm;
@@ -542,15 +539,15 @@ typedef struct torsio_control_config {
   double passive_brake_nm;
   /// true: no watchdog, plays on without a host
   bool autonomous;
-  /// what the motor takes off the friction where the scene asks for nothing, at most three quarters
-  /// of all that is configured; the law calibrated's; 0 to 100
+  /// friction that the motor cancels where the scene asks for nothing, at most three quarters of
+  /// the configured friction; law calibrated only; 0 to 100
   double free_assist_nm;
 } torsio_control_config;
 TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* structure);
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
-/// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
-/// starts the next time. Of the emulated device it concerns what has Electrics.
+/// pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+/// start. The emulated device uses it where it has Electrics.
 typedef struct torsio_board_config {
   uint32_t struct_size;  ///< bytes of a torsio_board_config
   /// of both H-bridges; 3 to 60; at first 12
@@ -559,8 +556,8 @@ typedef struct torsio_board_config {
   double motor_torque_constant_nm_per_a;
   /// never asked for more; one and a half times as much measured is a fault; 0 to 100; at first 2
   double motor_current_max_a;
-  /// that the winding stands for ever in air of 25 degrees; more is given for seconds, then less
-  /// and less; 0 to 100; at first 1
+  /// that the winding stands for ever in air of 25 degrees; more is given for seconds only; 0 to
+  /// 100; at first 1
   double motor_current_continuous_a;
   /// of the winding; 0.001 to 1000; at first 2.5
   double motor_resistance_ohm;
@@ -576,18 +573,18 @@ typedef struct torsio_board_config {
   double brake_current_max_a;
   /// of the coil; 0.001 to 1e4; at first 40
   double brake_resistance_ohm;
-  /// of the coil, which the bridge then drives both ways, so that its current follows with the
-  /// actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000
+  /// of the coil; the bridge then drives it both ways, and its current follows with the actuator's
+  /// brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000
   double brake_inductance_h;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed;
-  /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
-  /// longer `assumed`, a real board holds torques and speed low. Acts at once
+  /// true: somebody has checked the parts. A real board holds torques and speed low until this is
+  /// on and `values_are` is not `assumed`. Acts at once
   bool confirmed;
-  /// of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for
-  /// a while, then less and less; 0 to 100; at first 100
+  /// of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a
+  /// while only; 0 to 100; at first 100
   int32_t brake_continuous_percent;
-  /// of the air round motor and brake, the warmest that it gets; 0 to 100; at first 25
+  /// of the air around motor and brake, at its warmest; 0 to 100; at first 25
   int32_t ambient_c;
   /// of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255; at first 11
   int32_t supply_sense_ratio;
@@ -607,7 +604,7 @@ typedef struct torsio_board_config {
   int32_t driver_fault_pin;
   /// GPIO of the motor's current sensor; 26 to 28; at first 26
   int32_t current_sense_pin;
-  /// GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none; 0 to 28
+  /// GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none; 0 to 28
   int32_t supply_sense_pin;
   /// GPIO of the status light; 0 to 29; at first 25
   int32_t light_pin;
@@ -622,8 +619,8 @@ typedef struct torsio_game_config {
   bool enabled;
   /// from one end of the game's axis to the other, round angle 0; 10 to 36000; at first 900
   double range_deg;
-  /// torque at full level, and the most that all effects together get; never more than the motor's;
-  /// 0 to 100; at first 100
+  /// torque at full level, and the limit of all effects together; never more than the motor's; 0 to
+  /// 100; at first 100
   double torque_max_nm;
   /// on top of the game's own gains; 0 to 1; at first 1
   double gain;
@@ -643,8 +640,8 @@ typedef struct torsio_game_config {
   bool join_updates;
   /// of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
   double end_stiffness_nm_per_rad;
-  /// a torsio_personality: what the computer takes the knob for; save it: it counts when the device
-  /// starts the next time; at first game_controller
+  /// a torsio_personality: what the knob is to the computer; save it: it takes effect at the next
+  /// start; at first game_controller
   int32_t personality;
   /// a torsio_dial_use: of a dial; at first wheel
   int32_t dial_use;
@@ -656,9 +653,9 @@ typedef struct torsio_game_config {
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
 
-/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
-/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
-/// disarmed.
+/// The curve of the shaft's spring beyond its first straight piece. Up to the first knee the
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike. Set only
+/// while disarmed.
 typedef struct torsio_shaft_config {
   uint32_t struct_size;  ///< bytes of a torsio_shaft_config
   /// twist of the first knee; 0: the spring is one straight line; 0 to 100
@@ -680,16 +677,17 @@ typedef struct torsio_shaft_config {
 } torsio_shaft_config;
 TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
 
-/// How well the values of actuator and shaft are known, and since when. It is about the values that
-/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
-/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+/// How well the values of actuator and shaft are known, and since when. It belongs to the values
+/// that the device has when it takes this report. When one of them changes, `values_are` reads
+/// `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only
+/// while disarmed.
 typedef struct torsio_calibration_config {
   uint32_t struct_size;  ///< bytes of a torsio_calibration_config
   /// a torsio_basis: on what they are based; at first assumed
   int32_t values_are;
   /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
   uint32_t calibrated_unix_s;
-  /// how warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000
+  /// how warm it was, as the user said; 0: not said; 0 to 1000
   double ambient_k;
   /// of control, when they were measured; 0 to 1e6
   double calibrated_rate_hz;

@@ -13,16 +13,16 @@ namespace torsio {
 /// How the desired torque is shared between motor and brake; docs/theory.md.
 enum class Law : std::uint8_t {
   paper,        ///< the printed law, as it must be read
-  compensated,  ///< the motor makes up for what the brake really holds, its drag counted
-  parallel,     ///< fixed shares, without the sensor: it sticks, and is here to show that
+  compensated,  ///< the motor fills in what the brake does not hold, with its drag counted
+  parallel,     ///< fixed shares without the sensor: it sticks, and is here to show that
   motor_only,   ///< no brake
-  calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
+  calibrated,   ///< as compensated, and no wall buzzes: its stiffness is bounded by the parts
 };
 
 /// On what the values of actuator and shaft are based.
 enum class Basis : std::uint8_t {
-  assumed,   ///< on data sheets: nobody has looked, or one of them was changed since
-  stated,    ///< somebody answers for them
+  assumed,   ///< on data sheets, or a value was changed since
+  stated,    ///< on the word of a user who answers for them
   measured,  ///< on a calibration
 };
 
@@ -56,7 +56,7 @@ struct ActuatorConfig {
   double knob_coulomb_nm = 0.006;             ///< dry friction of motor and knob; 0 to 100
   double knob_viscous_nm_s_per_rad = 2.6e-5;  ///< viscous friction of motor and knob; 0 to 1000
   double motor_time_constant_s = 4.4e-5;      ///< from command to torque; 0 to 1
-  /// of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to 1
+  /// of pulleys and brake; 0: not counted. This and the next two are for the law calibrated; 0 to 1
   double brake_inertia_kg_m2 = 4e-5;
   /// half the width of the loop of the brake's torque over its command; 0 to 100
   double brake_hysteresis_nm = 0.0;
@@ -78,21 +78,21 @@ struct ControlConfig {
   double passive_ramp_s = 0.05;    ///< the motor's way to zero when the host is lost; 0 to 10
   double passive_brake_nm = 0.0;   ///< the brake's torque on that way; 0 releases it; 0 to 100
   bool autonomous = false;         ///< true: no watchdog, plays on without a host
-  /// what the motor takes off the friction where the scene asks for nothing, at most three quarters
-  /// of all that is configured; the law calibrated's; 0 to 100
+  /// friction that the motor cancels where the scene asks for nothing, at most three quarters of
+  /// the configured friction; law calibrated only; 0 to 100
   double free_assist_nm = 0.0;
 };
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
-/// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
-/// starts the next time. Of the emulated device it concerns what has Electrics.
+/// pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+/// start. The emulated device uses it where it has Electrics.
 struct BoardConfig {
   double supply_v = 12.0;                        ///< of both H-bridges; 3 to 60
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100
   /// never asked for more; one and a half times as much measured is a fault; 0 to 100
   double motor_current_max_a = 2.0;
-  /// that the winding stands for ever in air of 25 degrees; more is given for seconds, then less
-  /// and less; 0 to 100
+  /// that the winding stands for ever in air of 25 degrees; more is given for seconds only; 0 to
+  /// 100
   double motor_current_continuous_a = 1.0;
   double motor_resistance_ohm = 2.5;   ///< of the winding; 0.001 to 1000
   double motor_inductance_h = 0.0015;  ///< of the winding; 1e-6 to 1
@@ -103,18 +103,18 @@ struct BoardConfig {
   double brake_torque_constant_nm_per_a = 0.44;  ///< on the pulley; 1e-4 to 1000
   double brake_current_max_a = 0.3;              ///< of the coil; 0 to 100
   double brake_resistance_ohm = 40.0;            ///< of the coil; 0.001 to 1e4
-  /// of the coil, which the bridge then drives both ways, so that its current follows with the
-  /// actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000
+  /// of the coil; the bridge then drives it both ways, and its current follows with the actuator's
+  /// brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000
   double brake_inductance_h = 0.0;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed = false;
-  /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
-  /// longer `assumed`, a real board holds torques and speed low. Acts at once
+  /// true: somebody has checked the parts. A real board holds torques and speed low until this is
+  /// on and `values_are` is not `assumed`. Acts at once
   bool confirmed = false;
-  /// of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for
-  /// a while, then less and less; 0 to 100
+  /// of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a
+  /// while only; 0 to 100
   int brake_continuous_percent = 100;
-  int ambient_c = 25;  ///< of the air round motor and brake, the warmest that it gets; 0 to 100
+  int ambient_c = 25;  ///< of the air around motor and brake, at its warmest; 0 to 100
   /// of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255
   int supply_sense_ratio = 11;
   int encoder_pin = 2;  ///< GPIO of A; B is the next one; 0 to 28
@@ -126,7 +126,7 @@ struct BoardConfig {
   int emergency_stop_pin = 11;  ///< GPIO, low to run; an open wire stops; 0 to 29
   int driver_fault_pin = 12;    ///< GPIO, low when a bridge reports an error; 0 to 29
   int current_sense_pin = 26;   ///< GPIO of the motor's current sensor; 26 to 28
-  /// GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none; 0 to 28
+  /// GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none; 0 to 28
   int supply_sense_pin = 0;
   int light_pin = 25;  ///< GPIO of the status light; 0 to 29
 };
@@ -137,8 +137,8 @@ struct GameConfig {
   bool enabled = true;  ///< false: games see the axis but move nothing
   /// from one end of the game's axis to the other, round angle 0; 10 to 36000
   double range_deg = 900.0;
-  /// torque at full level, and the most that all effects together get; never more than the motor's;
-  /// 0 to 100
+  /// torque at full level, and the limit of all effects together; never more than the motor's; 0 to
+  /// 100
   double torque_max_nm = 100.0;
   double gain = 1.0;  ///< on top of the game's own gains; 0 to 1
   /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000
@@ -155,7 +155,7 @@ struct GameConfig {
   bool join_updates = true;
   /// of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
   double end_stiffness_nm_per_rad = 0.0;
-  /// what the computer takes the knob for; save it: it counts when the device starts the next time
+  /// what the knob is to the computer; save it: it takes effect at the next start
   Personality personality = Personality::game_controller;
   DialUse dial_use = DialUse::wheel;  ///< of a dial
   int dial_detents = 24;              ///< of a dial, in a turn; 1 to 240
@@ -163,9 +163,9 @@ struct GameConfig {
   double dial_torque_nm = 0.02;
 };
 
-/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
-/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
-/// disarmed.
+/// The curve of the shaft's spring beyond its first straight piece. Up to the first knee the
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike. Set only
+/// while disarmed.
 struct ShaftConfig {
   /// twist of the first knee; 0: the spring is one straight line; 0 to 100
   double knee_1_rad = 0.0;
@@ -182,19 +182,19 @@ struct ShaftConfig {
   double knee_4_nm_per_rad = 0.0;
 };
 
-/// How well the values of actuator and shaft are known, and since when. It is about the values that
-/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
-/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+/// How well the values of actuator and shaft are known, and since when. It belongs to the values
+/// that the device has when it takes this report. When one of them changes, `values_are` reads
+/// `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only
+/// while disarmed.
 struct CalibrationConfig {
   Basis values_are = Basis::assumed;  ///< on what they are based
   /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
   std::uint32_t calibrated_unix_s = 0;
-  /// how warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000
-  double ambient_k = 0.0;
-  double calibrated_rate_hz = 0.0;               ///< of control, when they were measured; 0 to 1e6
-  double sigma_knob_inertia_kg_m2 = 0.0;         ///< of `knob_inertia_kg_m2`; 0 to 1e6
-  double sigma_knob_coulomb_nm = 0.0;            ///< of `knob_coulomb_nm`; 0 to 1e6
-  double sigma_knob_viscous_nm_s_per_rad = 0.0;  ///< of `knob_viscous_nm_s_per_rad`; 0 to 1e6
+  double ambient_k = 0.0;           ///< how warm it was, as the user said; 0: not said; 0 to 1000
+  double calibrated_rate_hz = 0.0;  ///< of control, when they were measured; 0 to 1e6
+  double sigma_knob_inertia_kg_m2 = 0.0;           ///< of `knob_inertia_kg_m2`; 0 to 1e6
+  double sigma_knob_coulomb_nm = 0.0;              ///< of `knob_coulomb_nm`; 0 to 1e6
+  double sigma_knob_viscous_nm_s_per_rad = 0.0;    ///< of `knob_viscous_nm_s_per_rad`; 0 to 1e6
   double sigma_spring_stiffness_nm_per_rad = 0.0;  ///< of `spring_stiffness_nm_per_rad`; 0 to 1e6
   double sigma_knee_1_rad = 0.0;                   ///< of `knee_1_rad`; 0 to 1e6
   double sigma_knee_1_nm_per_rad = 0.0;            ///< of `knee_1_nm_per_rad`; 0 to 1e6

@@ -367,9 +367,9 @@ struct Fields<ActuatorConfig> {
               0.0, 1000.0, "viscous friction of motor and knob"),
         field("motor_time_constant_s", &ActuatorConfig::motor_time_constant_s, "s", 0.0, 1.0,
               "from command to torque"),
-        field(
-            "brake_inertia_kg_m2", &ActuatorConfig::brake_inertia_kg_m2, "kg m^2", 0.0, 1.0,
-            "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's"),
+        field("brake_inertia_kg_m2", &ActuatorConfig::brake_inertia_kg_m2, "kg m^2", 0.0, 1.0,
+              "of pulleys and brake; 0: not counted. This and the next two are for the law "
+              "calibrated"),
         field("brake_hysteresis_nm", &ActuatorConfig::brake_hysteresis_nm, "N m", 0.0, 100.0,
               "half the width of the loop of the brake's torque over its command"),
         field("brake_release_time_constant_s", &ActuatorConfig::brake_release_time_constant_s, "s",
@@ -404,8 +404,8 @@ struct Fields<ControlConfig> {
                  field("autonomous", &ControlConfig::autonomous, "", -kNoLimit, kNoLimit,
                        "on: no watchdog, plays on without a host"),
                  field("free_assist_nm", &ControlConfig::free_assist_nm, "N m", 0.0, 100.0,
-                       "what the motor takes off the friction where the scene asks for nothing, at "
-                       "most three quarters of all that is configured; the law calibrated's"));
+                       "friction that the motor cancels where the scene asks for nothing, at most "
+                       "three quarters of the configured friction; law calibrated only"));
   }
 };
 template <>
@@ -421,8 +421,8 @@ struct Fields<BoardConfig> {
               "never asked for more; one and a half times as much measured is a fault"),
         field("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0.0,
               100.0,
-              "that the winding stands for ever in air of 25 degrees; more is given for seconds, "
-              "then less and less"),
+              "that the winding stands for ever in air of 25 degrees; more is given for seconds "
+              "only"),
         field("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001, 1000.0,
               "of the winding"),
         field("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6, 1.0,
@@ -438,19 +438,18 @@ struct Fields<BoardConfig> {
         field("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001, 1e4,
               "of the coil"),
         field("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0.0, 1000.0,
-              "of the coil, which the bridge then drives both ways, so that its current follows "
-              "with the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
+              "of the coil; the bridge then drives it both ways, and its current follows with the "
+              "actuator's brake_time_constant_s. 0: the current follows as the coil lets it"),
         field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
               "on: a current into the first motor pin turns the knob to smaller angles"),
-        field(
-            "confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
-            "on: somebody has checked that these are the parts. Until then, and until `values_are` "
-            "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
+        field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
+              "on: somebody has checked the parts. A real board holds torques and speed low until "
+              "this is on and `values_are` is not `assumed`. Acts at once"),
         field("brake_continuous_percent", &BoardConfig::brake_continuous_percent, "%", 0.0, 100.0,
-              "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is "
-              "given for a while, then less and less"),
+              "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is "
+              "given for a while only"),
         field("ambient_c", &BoardConfig::ambient_c, "degree C", 0.0, 100.0,
-              "of the air round motor and brake, the warmest that it gets"),
+              "of the air around motor and brake, at its warmest"),
         field("supply_sense_ratio", &BoardConfig::supply_sense_ratio, "", 1.0, 255.0,
               "of the divider at supply_sense_pin: the supply's voltage over the pin's"),
         field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
@@ -468,7 +467,7 @@ struct Fields<BoardConfig> {
         field("current_sense_pin", &BoardConfig::current_sense_pin, "", 26.0, 28.0,
               "GPIO of the motor's current sensor"),
         field("supply_sense_pin", &BoardConfig::supply_sense_pin, "", 0.0, 28.0,
-              "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none"),
+              "GPIO of a divider at the supply, 26 to 28; the supply is then watched. 0: none"),
         field("light_pin", &BoardConfig::light_pin, "", 0.0, 29.0, "GPIO of the status light"));
   }
 };
@@ -483,8 +482,8 @@ struct Fields<GameConfig> {
         field("range_deg", &GameConfig::range_deg, "degree", 10.0, 36000.0,
               "from one end of the game's axis to the other, round angle 0"),
         field("torque_max_nm", &GameConfig::torque_max_nm, "N m", 0.0, 100.0,
-              "torque at full level, and the most that all effects together get; never more than "
-              "the motor's"),
+              "torque at full level, and the limit of all effects together; never more than the "
+              "motor's"),
         field("gain", &GameConfig::gain, "", 0.0, 1.0, "on top of the game's own gains"),
         field("spring_gain", &GameConfig::spring_gain, "", 0.0, 1000.0,
               "1: a full spring reaches full torque at the end of the axis"),
@@ -502,8 +501,7 @@ struct Fields<GameConfig> {
         field("end_stiffness_nm_per_rad", &GameConfig::end_stiffness_nm_per_rad, "N m/rad", 0.0,
               1e6, "of walls at both ends of the axis, while a game has the actuator; 0: none"),
         field("personality", &GameConfig::personality, "", -kNoLimit, kNoLimit,
-              "what the computer takes the knob for; save it: it counts when the device starts the "
-              "next time"),
+              "what the knob is to the computer; save it: it takes effect at the next start"),
         field("dial_use", &GameConfig::dial_use, "", -kNoLimit, kNoLimit, "of a dial"),
         field("dial_detents", &GameConfig::dial_detents, "", 1.0, 240.0, "of a dial, in a turn"),
         field("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0.0, 100.0,
@@ -542,7 +540,7 @@ struct Fields<CalibrationConfig> {
         field("calibrated_unix_s", &CalibrationConfig::calibrated_unix_s, "", 0.0, 4294967295.0,
               "when they were measured, in seconds since 1970; 0: never"),
         field("ambient_k", &CalibrationConfig::ambient_k, "K", 0.0, 1000.0,
-              "how warm it was, as whoever measured them has said; 0: nobody did"),
+              "how warm it was, as the user said; 0: not said"),
         field("calibrated_rate_hz", &CalibrationConfig::calibrated_rate_hz, "Hz", 0.0, 1e6,
               "of control, when they were measured"),
         field("sigma_knob_inertia_kg_m2", &CalibrationConfig::sigma_knob_inertia_kg_m2, "kg m^2",

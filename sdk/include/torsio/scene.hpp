@@ -151,9 +151,9 @@ struct Curve {
   Ends ends = Ends::hold;  ///< what it does outside the span
 };
 
-/// The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the
-/// speed with which the knob comes in through the surface. Inside only, and it gives back no more
-/// energy than it has taken since, but for a count.
+/// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
+/// decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than
+/// it took, within one count.
 struct Impact {
   double angle_rad = 0.0;   ///< the surface, as a rule that of a wall
   Side side = Side::above;  ///< on which side of the surface it is solid
@@ -185,11 +185,11 @@ struct LocalModel {
   double deadline_s = 0.02;  ///< how long it holds; 0 ends the stream in good order; 0 to 60
 };
 
-/// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
-/// reached from where the last excitation is now, in a straight line. The motor also gets a sine
-/// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
-/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
-/// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
+/// A bounded experiment: commands of motor and brake that go past scene and law. Both commands move
+/// in a straight line from where the last excitation is now. The motor also gets a sine and the
+/// torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`.
+/// The device disarms when a bound is left, or when the time is over and no next one has come. It
+/// also disarms when the servo asks for all of the motor for 50 ms and the encoder stands still.
 struct Excitation {
   /// must be given; until it disarms, unless the next one comes first; 0.001 to 60
   double duration_s = std::numeric_limits<double>::quiet_NaN();

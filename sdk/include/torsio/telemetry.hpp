@@ -58,16 +58,16 @@ enum class ResetCause : std::uint8_t {
 
 /// Why the torque went.
 enum class DisarmReason : std::uint8_t {
-  order,               ///< somebody said disarm() or stop()
+  order,               ///< a program called disarm() or stop()
   watchdog,            ///< the host was silent for too long, or the bus was lost
   deadline_missed,     ///< a streamed local model outlived its deadline
   fault,               ///< a fault was latched
-  game_idle,           ///< a game had the actuator and has nothing to play any more
+  game_idle,           ///< a game had the actuator and has nothing more to play
   disconnected,        ///< the device was unplugged or lost its power
-  unknown,             ///< the word of the device about it was lost on the way
+  unknown,             ///< the device's message was lost on the way
   excitation_over,     ///< the time of an excitation was over and no next one had come
   excitation_stopped,  ///< an excitation left its bounds of travel or speed
-  dial_idle,           ///< the dial had the actuator and nobody turns it any more
+  dial_idle,           ///< the dial had the actuator and nobody turns it
 };
 
 /// Bits of telemetry's `flags`; the two lowest are the state.
@@ -79,7 +79,7 @@ inline constexpr std::uint8_t local_model = 1 << 4;      ///< a streamed local m
 inline constexpr std::uint8_t passive = 1 << 5;          ///< fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             ///< a game has the actuator
 inline constexpr std::uint8_t bounded =
-    1 << 7;  ///< less is given than the scene asks, or the knob would buzz
+    1 << 7;  ///< less than the scene asks, so that the knob does not buzz
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.
