@@ -8,8 +8,8 @@ function paragraphs(name: string): string[] {
   const entry = troubleshooting.split(/^#+ /m).find((part) => part.startsWith(`${name}\n`)) ?? "";
   return entry
     .slice(name.length)
-    .split(/\n\s*\n/)
-    .map((text) => text.replace(/\[([^\]]*)\]\([^)]*\)/g, "$1").replace(/[`*]/g, "").replace(/\s+/g, " ").trim())
+    .split(/\n\s*\n|\n(?=(?:-|\d+\.) )/) // an item of a list is a paragraph
+    .map((text) => text.replace(/\[([^\]]*)\]\([^)]*\)/g, "$1").replace(/^- |[`*]/g, "").replace(/\s+/g, " ").trim())
     .filter((text) => text !== "");
 }
 

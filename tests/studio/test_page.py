@@ -262,7 +262,7 @@ def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, sit
         state_is(page, "fault")
         expect(page.locator("#faults li")).to_contain_text("emergency stop")
         # Its entry of docs/troubleshooting.md.
-        expect(page.locator("#faults details")).to_contain_text("a broken wire then stops the knob")
+        expect(page.locator("#faults details")).to_contain_text("broken wire then stops the knob")
         page.click("#clear-fault")
         expect(page.locator("#message")).to_contain_text("fault_persists")
         page.click("#emergency-stop")
