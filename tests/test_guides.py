@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+import typer
+
+from torsio import cli
 
 TREE = Path(__file__).parent.parent
 BETWEEN = "-- next example --"
@@ -98,8 +101,12 @@ def cpp_programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-PYTHON_PAGES = ["README.md", "docs/python.md", "docs/studio.md", "docs/threads.md"]
-CPP_PAGES = ["README.md", "docs/cpp.md"]
+TUTORIALS = ("first-wall", "volume-knob", "game", "calibrate")
+PYTHON_PAGES = [
+    *("README.md", "docs/python.md", "docs/studio.md", "docs/threads.md"),
+    *(f"docs/tutorials/{name}.md" for name in TUTORIALS),
+]
+CPP_PAGES = ["docs/cpp.md"]
 
 
 @pytest.mark.parametrize("page", PYTHON_PAGES)
@@ -111,3 +118,20 @@ def test_python_examples_print_what_the_page_says(page: str, tmp_path: Path) -> 
 def test_cpp_examples_print_what_the_page_says(page: str, cpp_programs: Path) -> None:
     printed = outputs([cpp_programs / Path(page).stem], cpp_programs)
     assert printed == [example.output for example in examples(page, "cpp")]
+
+
+def test_tests_of_the_tutorial_pass(tmp_path: Path) -> None:
+    program, *others = examples("docs/tutorials/test-your-program.md", "python")
+    (tmp_path / "ratchet.py").write_text(program.code)
+    for number, other in enumerate(others):
+        (tmp_path / f"test_{number}.py").write_text(other.code)
+    command = [sys.executable, "-m", "pytest", "-q", "-W", "error"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "4 passed" in done.stdout, done.stdout
+
+
+def test_page_of_commands_names_them_all() -> None:
+    page = (TREE / "docs/commands.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w-]+)", " ".join(re.findall(r"^\| (`.*?) \|", page, re.M))))
+    commands = vars(typer.main.get_command(cli.app))["commands"]
+    assert named == set(commands)

@@ -35,7 +35,10 @@ def test_every_document_has_its_place_in_the_lists(source: Path) -> None:
     documents = {
         str(page.relative_to(TREE / "docs").with_suffix("")) for page in TREE.glob("docs/**/*.md")
     }
-    assert documents - listed == set()
+    assert documents - listed == {"README"}
+    assert list(site.lists()) == [
+        *("Start", "Tutorials", "How-to guides", "Reference", "Explanation", "Studies", "Plans")
+    ]
 
 
 def test_every_link_leads_to_something_in_the_site(source: Path) -> None:
@@ -48,6 +51,23 @@ def test_every_link_leads_to_something_in_the_site(source: Path) -> None:
         if not (page.parent / link).resolve().is_relative_to(source)
         or not (page.parent / link).exists()
     ]
+    assert lost == []
+
+
+def _anchors(page: Path) -> set[str]:
+    titles = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_links_in_the_tree_lead_to_files_and_headings() -> None:
+    pages = [*TREE.glob("*.md"), *TREE.glob("docs/**/*.md"), *TREE.glob("examples/**/*.md")]
+    lost = []
+    for page in pages:
+        for link in re.findall(r"(?<!\[)\]\(((?!https?:)[^)\s]+)", page.read_text()):
+            path, _, anchor = link.partition("#")
+            file = (page.parent / path).resolve() if path else page
+            if not file.exists() or (anchor and anchor not in _anchors(file)):
+                lost.append(f"{page.relative_to(TREE)}: {link}")
     assert lost == []
 
 

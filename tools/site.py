@@ -1,8 +1,8 @@
 """Makes the documents a site, in ``build/site/html``: a folder that any host can serve.
 
-``python -m tools.site``, or ``./dev site``. Sphinx makes the pages from ``docs/*.md``, the Python
-reference from the docstrings, and the C++ reference from the headers' comments. On the first page
-is the studio's page, with the emulated knob in it.
+``python -m tools.site``, or ``./dev site``. Sphinx makes the pages from the documents, the Python
+reference from the docstrings, and the C++ reference from the headers' comments. ``docs/README.md``
+orders the pages. The first page has the studio in it, with the emulated knob.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from tools import cpp_reference
@@ -22,16 +23,6 @@ HTML = BUILD / "html"
 PAGE = TREE / "build/studio/page"
 DOXYGEN = BUILD / "doxygen"
 
-_GUIDES = (
-    *("studio", "python", "cpp", "c", "testing", "games", "emulator", "usb", "hardware"),
-    *("calibration", "troubleshooting"),
-)
-_BACKGROUND = (
-    *("architecture", "theory", "protocol", "threads", "reliability", "security", "results"),
-)
-_STUDIES = (
-    *("paper", "actuators", "design", "extremes", "fidelity", "calibration", "falsify", "impact"),
-)
 _MODULES = (
     *("torsio", "torsio.emulator", "torsio.closed_loop", "torsio.protocol", "torsio.telemetry"),
     "torsio.studio",
@@ -58,21 +49,34 @@ suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 _FIRST = """\
 # Torsio
 
-A USB knob that pushes back: firmware, an emulated device that stands in for the hardware, a C++
-library and a Python package. The knob below runs the device's own firmware, in your browser. Press
-**arm** and drag it into the wall; **Esc** lets go.
+Torsio is a USB knob that pushes back. The knob below runs the firmware's own sources in your
+browser: press **arm** and drag it into the wall. **Esc** lets go.
 
 <iframe src="studio/index.html" title="The studio, with an emulated knob"
   style="width:100%;height:46rem;border:1px solid var(--color-background-border)"></iframe>
 
-Torsio is under the [MIT license](../LICENSE), and what it contains of others
-[under theirs](../NOTICES.md).
+| you | start with |
+|---|---|
+| have a knob | [get permission](how-to/permission.md) |
+| build a knob | [building a knob](hardware.md) |
+| have no hardware | [your first wall](tutorials/first-wall.md) |
+| test an application | [a test for your program](tutorials/test-your-program.md) |
+| play or write games | [games](games.md) |
+
+Licence: [MIT](../LICENSE). Parts by others have [their own](../NOTICES.md).
 
 """
 
 
-def _toctree(title: str, pages: tuple[str, ...]) -> str:
+def _toctree(title: str, pages: Iterable[str]) -> str:
     return "\n".join(["```{toctree}", f":caption: {title}", ":maxdepth: 1", "", *pages, "```", ""])
+
+
+def lists() -> dict[str, list[str]]:
+    """Give the documents by their kind, as docs/README.md lists them."""
+    text = (TREE / "docs/README.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^## (.+)\n((?:(?!^## ).*\n)+)", text, re.M)
+    return {title: re.findall(r"\]\(([^.)]+)\.md\)", section) for title, section in sections}
 
 
 def _reference() -> list[str]:
@@ -96,15 +100,16 @@ def write_source() -> None:
     """Gather what Sphinx reads."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     shutil.copytree(TREE / "docs", SOURCE)
-    headers = tuple(f"reference/{name}" for name in _reference())
-    trees = [
-        _toctree("Guides", _GUIDES),
-        _toctree("Python", tuple(f"reference/{module}" for module in _MODULES)),
-        _toctree("C++", headers),
-        _toctree("Background", _BACKGROUND),
-        _toctree("Studies", tuple(f"studies/{name}" for name in _STUDIES)),
-    ]
-    (SOURCE / "index.md").write_text(_FIRST + "\n".join(trees), encoding="utf-8")
+    headers = [f"reference/{name}" for name in _reference()]
+    trees = {}
+    for title, pages in lists().items():
+        trees[title] = pages
+        if title == "Reference":
+            trees["Python, name by name"] = [f"reference/{module}" for module in _MODULES]
+            trees["C++, name by name"] = headers
+    (SOURCE / "README.md").unlink()
+    first = _FIRST + "\n".join(_toctree(title, pages) for title, pages in trees.items())
+    (SOURCE / "index.md").write_text(first, encoding="utf-8")
     (SOURCE / "conf.py").write_text(_CONFIGURATION, encoding="utf-8")
     for page in SOURCE.rglob("*.md"):
         if "reference" not in page.parts:
