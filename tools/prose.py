@@ -22,15 +22,7 @@ SHORT_PAGES = {"README.md": 600, "CONTRIBUTING.md": 1000, "docs/hardware.md": 30
 # Pages that nobody has rewritten yet: words, mean, share. Take a page out once it is rewritten.
 CEILINGS: dict[str, tuple[int, float, float]] = {
     "CHANGELOG.md": (5897, 20.0, 0.157),
-    "CONTRIBUTING.md": (3209, 19.3, 0.136),
-    "README.md": (1456, 17.8, 0.16),
-    "docs/architecture.md": (2529, 19.7, 0.155),
     "docs/games.md": (5043, 16.9, 0.103),
-    "docs/hardware.md": (6605, 22.2, 0.235),
-    "docs/protocol.md": (1344, 14.5, 0.097),
-    "docs/reliability.md": (3933, 18.7, 0.155),
-    "docs/troubleshooting.md": (2163, 15.7, 0.075),
-    "docs/usb.md": (3940, 21.2, 0.165),
 }
 
 PRINTED_PAGE = "docs/protocol.md"
