@@ -21,7 +21,6 @@ SHORT_PAGES = {"README.md": 600, "CONTRIBUTING.md": 1000, "docs/hardware.md": 30
 
 # Pages that nobody has rewritten yet: words, mean, share. Take a page out once it is rewritten.
 CEILINGS: dict[str, tuple[int, float, float]] = {
-    "CHANGELOG.md": (5897, 20.0, 0.157),
     "docs/games.md": (5043, 16.9, 0.103),
 }
 
