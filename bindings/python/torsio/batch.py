@@ -196,8 +196,8 @@ class Knobs:
     def _alone(self) -> Iterator[None]:
         if not self._is_free.acquire(blocking=False):
             raise Error(
-                "these knobs are in the middle of a step, of another thread or of the function of "
-                "a hand that asks for this; wait for its end"
+                "these knobs are in the middle of a step, in another thread or in a hand's "
+                "function; wait for its end"
             )
         try:
             yield

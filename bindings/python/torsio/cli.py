@@ -181,7 +181,7 @@ def calibrate_command(
     ] = None,
     supply_v: Annotated[
         float | None,
-        typer.Option("--supply", metavar="VOLTS", help="What a meter says of the motor's supply."),
+        typer.Option("--supply", metavar="VOLTS", help="The motor's supply, as a meter shows it."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -238,9 +238,9 @@ def _ticks(options: Sequence[LoopOptions], duration_s: float, record_every: int)
     if rows > _MOST_ROWS:
         raise InvalidArgument(
             f"duration_s is {duration_s:g} with record_every {every}, which makes {rows:,} rows of "
-            f"{LOOP_DTYPE.itemsize} bytes; allowed are {_MOST_ROWS:,} at once: set record_every to "
-            f"{math.ceil(sum(ticks) / _MOST_ROWS):,} or more, or run shorter parts one after the "
-            "other (ClosedLoop.run goes on where it stopped)"
+            f"{LOOP_DTYPE.itemsize} bytes; allowed are {_MOST_ROWS:,} at once. Set record_every to "
+            f"{math.ceil(sum(ticks) / _MOST_ROWS):,} or more, or run shorter parts in turn "
+            "(ClosedLoop.run goes on where it stopped)"
         )
     return ticks
 

@@ -111,7 +111,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
             if len(seed) != self.num_envs:
                 raise InvalidArgument(
                     f"{len(seed)} seeds for {self.num_envs} environments: give one for all, or one "
-                    "for each, of which the first counts"
+                    "for each (the first counts)"
                 )
             seed = seed[0]
         options = dict(options or {})

@@ -40,20 +40,20 @@ def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[Sc
     # Of a board that is held low arm() warns.
     if torque_nm > most.motor_torque_max_nm + most.brake_torque_max_nm and not most.held_low:
         yield SceneWarning(
-            f"the scene asks for {torque_nm:g} N m; this knob gives {most.motor_torque_max_nm:g} "
-            f"with its motor and holds {most.brake_torque_max_nm:g} with its brake "
-            "(Knob.limits()); desired_torque_nm of telemetry ends at 0.3277"
+            f"the scene asks for {torque_nm:g} N m; this knob's motor gives "
+            f"{most.motor_torque_max_nm:g} and its brake {most.brake_torque_max_nm:g} "
+            "(Knob.limits()). Telemetry's desired_torque_nm ends at 0.3277"
         )
 
 
 def held_low(limits: Limits) -> HeldLowWarning:
-    """Say what a board gives whose parts nobody has confirmed or knows, and what ends that."""
+    """Tell how little a board with unconfirmed or unknown parts gives, and how to end that."""
     return HeldLowWarning(
         f"nobody has confirmed the parts of this board, or their values are assumed, so it gives "
         f"{1e3 * limits.motor_torque_max_nm:.3g} mN m and {limits.speed_limit_rad_s:g} rad/s at "
-        "most: set what motor, brake and encoder it has (docs/hardware.md, first power), then "
-        "knob.update(confirmed=True) and knob.save(), and calibrate; who answers for the values "
-        "does knob.update(values_are='stated') instead"
+        "most. Set the values of motor, brake and encoder (docs/hardware.md, first power), call "
+        "knob.update(confirmed=True) and knob.save(), and calibrate. If you are sure of the "
+        "values, call knob.update(values_are='stated') instead"
     )
 
 

@@ -259,9 +259,9 @@ def estimate_brake(
         )  # fmt: skip
     if left > 0.06 * top + 0.5e-3:
         raise Refusal(
-            _STEP, "unexplained", f"the brake's torque strays by {1e3 * left:.1f} mN m from one "
-            "with hysteresis "
-            "and a lag: it is at its limit, sticks, or a hand is on the knob", residual_nm=left,
+            _STEP, "unexplained", f"the brake's torque strays by {1e3 * left:.1f} mN m from a "
+            "brake with hysteresis and a lag: the brake is at its limit or sticks, or a hand is on "
+            "the knob", residual_nm=left,
         )  # fmt: skip
     fitted_nm = measured - best.residual
     left_behind = Quantity(

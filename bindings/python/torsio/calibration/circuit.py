@@ -156,8 +156,8 @@ def push_current(
         torque_limit_nm=most_nm,
     )
     log.refuse_if_stopped(
-        ELECTRIC_STEPS[2], "does_not_hold", f"the brake was told to hold {1e3 * brake_nm:.0f} "
-        f"mN m, the motor to push with {1e3 * most_nm:.0f}, and the knob came loose: brake or its "
+        ELECTRIC_STEPS[2], "does_not_hold", f"the motor pushed with {1e3 * most_nm:.0f} mN m and "
+        f"the knob came loose, though the brake should hold {1e3 * brake_nm:.0f}: brake or its "
         "wires are dead, or a coupling slips",
     )  # fmt: skip
     player.watch(_LET_GO_S)

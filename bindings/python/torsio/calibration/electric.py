@@ -237,8 +237,8 @@ def winding(
     if not _LEAST_GAIN < gain < _MOST_GAIN or fit.value[1] <= 0.0:
         raise Refusal(
             "winding", "winding_values", f"the winding seems to have {fit.value[0]:.2f} ohm and "
-            f"{1e3 * fit.value[1]:.2f} mH, and motor_resistance_ohm is {believed_ohm:.2f}: one of "
-            "it, supply_v and current_sense_v_per_a is wrong, or wires of the motor are bad",
+            f"{1e3 * fit.value[1]:.2f} mH, but motor_resistance_ohm is {believed_ohm:.2f}: correct "
+            "it, supply_v or current_sense_v_per_a, or look at the motor's wires",
             gain=gain,
         )  # fmt: skip
     return fit

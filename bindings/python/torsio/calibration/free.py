@@ -164,7 +164,7 @@ def _refuse_to_turn(torque_nm: float, pulses: list[_Pulse], count_rad: float) ->
         )  # fmt: skip
     raise Refusal(
         _SIGNS, "held", f"the knob gives way and does not turn at {1e3 * torque_nm:.0f} mN m: take "
-        "your hand off it; else the brake is stuck on, or the motor is far too weak",
+        "your hand off it. Otherwise the brake is stuck on, or the motor is far too weak",
         reached_rad=reached,
     )  # fmt: skip
 
@@ -214,8 +214,8 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Run:
         _refuse_slow(log)
     log.refuse_if_stopped(
         _FREE, "runs_away", "the device stopped the turns: the encoder stopped counting while "
-        "the motor pulled, or the knob is not what it was a moment ago; look at the encoder's "
-        "wires, its disc and its coupling",
+        "the motor pulled, or the knob has changed. Look at the encoder's wires, its disc and its "
+        "coupling",
     )  # fmt: skip
     return log
 
@@ -379,9 +379,9 @@ def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
         middle, end = np.interp([0.5 * _FAST_S, _FAST_S], since_s, speed)
         if end > 1.6 * middle > 0 and end > 2 * SLOW_RAD_S:
             raise Refusal(
-                _FREE, "inertia", f"the knob gets faster all the while, and comes to {end:.0f} "
-                "rad/s only: something heavy is on it, or the motor gives far less than "
-                "motor_torque_max_nm says", speed_rad_s=float(end),
+                _FREE, "inertia", f"the knob speeds up slowly and only reaches {end:.0f} "
+                "rad/s: something heavy is on it, or the motor gives far less than "
+                "motor_torque_max_nm", speed_rad_s=float(end),
             )  # fmt: skip
         _refuse_slow(log)
     slow = _rows(log.between(0.2, 2 * slow_s), 0.02, 0.5)

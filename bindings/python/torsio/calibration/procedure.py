@@ -101,8 +101,8 @@ def calibrate(
     if moves_parts(knob.info.board) and not knob.board_config().confirmed:
         raise Refusal(
             STEPS[0], "unconfirmed", "nobody has confirmed the parts of this board, so it gives "
-            f"{1e3 * knob.limits().motor_torque_max_nm:.3g} mN m at most: set what motor, brake "
-            "and encoder it has (docs/hardware.md, first power), then torsio config set "
+            f"{1e3 * knob.limits().motor_torque_max_nm:.3g} mN m at most. Set the values of motor, "
+            "brake and encoder (docs/hardware.md, first power), then torsio config set "
             "confirmed=on",
         )  # fmt: skip
     demagnetised = knob.board_config().brake_inductance_h > 0.0
@@ -199,9 +199,10 @@ def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
     knob_alone = actuator.knob_inertia_kg_m2
     if not knob_alone / _PLAUSIBLE < free.inertia.value < 2.0 * _PLAUSIBLE * knob_alone:
         raise Refusal(
-            STEPS[1], "inertia", f"all that turns has {free.inertia.value:.2e} kg m^2, and "
+            STEPS[1], "inertia", f"all that turns has {free.inertia.value:.2e} kg m^2, but "
             f"knob_inertia_kg_m2 is {knob_alone:.2e}: the motor's torque constant or the encoder's "
-            "counts are wrong, or something heavy is on the knob; else correct the configuration",
+            "counts are wrong, or something heavy is on the knob. Otherwise correct the "
+            "configuration",
         )  # fmt: skip
 
 

@@ -103,9 +103,9 @@ def hold_and_push(
     )
     slipped = abs(float(log.motor_nm[-3])) if len(log.motor_nm) > 3 else 0.0
     log.refuse_if_stopped(
-        _STEP, "does_not_hold", f"the brake was told to hold {1e3 * brake_nm:.0f} mN m and the "
-        f"knob came loose at {1e3 * slipped:.0f}: brake or its wires are dead, it is weaker than "
-        "brake_torque_max_nm says, or a coupling slips", slipped_at_nm=slipped,
+        _STEP, "does_not_hold", f"the knob came loose at {1e3 * slipped:.0f} mN m, though the "
+        f"brake should hold {1e3 * brake_nm:.0f}: brake or its wires are dead, it is weaker than "
+        "brake_torque_max_nm, or a coupling slips", slipped_at_nm=slipped,
     )  # fmt: skip
     begin = _SETTLE_S + 0.3
     middle = begin + len(sweeps) * _SWEEP_S
@@ -292,9 +292,8 @@ def estimate_shaft(
     pull = float(np.max(np.abs(edges.torque_nm)))
     if left > 0.04 * pull:
         raise Refusal(
-            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from a "
-            "curve over its "
-            "twist: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
+            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from its "
+            "curve: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
 
     damping = inertia = None

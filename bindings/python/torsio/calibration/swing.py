@@ -122,8 +122,8 @@ def estimate_swing(
     if left > 3.0 * log.count_rad and left > 0.2 * float(np.std(measured)):
         raise Refusal(
             _STEP, "unexplained", "the knob's swing on the shaft strays by "
-            f"{left / log.count_rad:.0f} counts "
-            "from that of an inertia on a spring: something is loose, or a hand is on the knob",
+            f"{left / log.count_rad:.0f} counts from an inertia on a spring: something is loose, "
+            "or a hand is on the knob",
         )  # fmt: skip
     return best, _swing(log, best.value, spring, coulomb, cogging)
 

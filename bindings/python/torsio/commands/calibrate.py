@@ -39,8 +39,8 @@ def measure(
     if not (quick or watched or supply_v is not None):
         line(
             say,
-            f"supply   taken for {board.supply_v:g} V: measure it and say --supply VOLTS, or the "
-            "torque constant comes out as uncertain as that, and a data sheet's is kept",
+            f"supply   taken for {board.supply_v:g} V. Measure it and give --supply VOLTS. "
+            "Otherwise the torque constant stays uncertain, and the configured one is kept",
         )
     lasts = "13 seconds" if quick else "half a minute"
     say.print(f"hands off: the knob turns by itself for {lasts}")

@@ -64,9 +64,9 @@ def update_command(
     if plan.loses_configuration:
         line(
             out,
-            "its configuration will be lost: the new firmware cannot read it, and holds the knob "
-            "low until its parts are confirmed and its values known; `torsio config dump` of the "
-            "old release keeps it, and says nothing of how well they are known",
+            "its configuration will be lost, because the new firmware cannot read it. The knob "
+            "then gives little torque until its parts are confirmed and its values known. `torsio "
+            "config dump` of the old release keeps the values, but not how well they are known",
         )
     if not yes and not asks(err, "Write it?"):
         raise torsio.Error("nothing was changed; --yes does it without asking")

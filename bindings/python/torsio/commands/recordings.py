@@ -126,8 +126,8 @@ def replay_command(
     wanted = _changes(changes or [])
     if recorded.inputs and not recorded.has_all_inputs:
         err.print(
-            "torsio: its inputs do not begin at power-up, because an earlier recording of the same "
-            "knob has those: it is replayed from the counts in the telemetry",
+            "torsio: its inputs do not begin at power-up; an earlier recording of the knob has "
+            "those. The replay uses the counts in the telemetry",
         )
     replayed = torsio.replay(recorded, **wanted)
     differences = {} if replayed.identical else replayed.largest_differences()

@@ -47,7 +47,7 @@ def _headline(figure: Figure, visit: WallVisit, measures: WallMeasures) -> None:
     stiffness = visit.wall_stiffness_nm_per_rad * 1e3 * np.pi / 180
     text = (
         f"A hand turns {who} into a virtual wall of {stiffness:.0f} mN·m per degree, holds, and "
-        "comes out again. Motor and brake share the work of pushing back; the torque stays within "
+        "comes out again. Motor and brake share the work of pushing back. The torque stays within "
         f"{100 * measures.tracking_rms_in:.1f} % of the wall's on the way in and "
         f"{100 * measures.tracking_rms_out:.1f} % on the way out (RMS, of the peak)."
     )
@@ -137,8 +137,8 @@ def _torques(axes: Axes, visit: WallVisit) -> None:
     )
     _caption(
         axes,
-        "Motor and shaft spring together give the torque that the wall wants; the brake holds the "
-        "spring's far end on the way in and lets go on the way out, where the motor takes over.",
+        "Motor and shaft spring together give the wall's torque. On the way in the brake holds the "
+        "spring's far end. On the way out it lets go, and the motor takes over.",
     )
 
 
@@ -211,8 +211,8 @@ def _sensor(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
     if measures.sensor_rms_nm is None:
         _caption(
             axes,
-            "The knob has no torque sensor: it infers the torque from how its slightly springy "
-            "shaft twists (on real hardware the true torque is not known).",
+            "The knob has no torque sensor. It computes the torque from the twist of its slightly "
+            "springy shaft. On real hardware the true torque is not known.",
         )
     else:
         _caption(

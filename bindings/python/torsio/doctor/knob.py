@@ -22,12 +22,12 @@ _SLOW_ROUND_TRIP_S = 10e-3
 
 _HOW_TO_CONFIRM = (
     "set the values of motor, brake and encoder (docs/hardware.md, first power), then `torsio "
-    "config set confirmed=on`, and `torsio calibrate`; who answers for the values sets "
-    "values_are=stated instead"
+    "config set confirmed=on`, and `torsio calibrate`; or set values_are=stated if you are sure of "
+    "the values"
 )
 _HOW_TO_LIMIT = (
-    f"`torsio config set speed_limit_rad_s={FREE_LIMIT_RAD_S:g}`, which is what `torsio calibrate` "
-    "takes: without a limit nothing stops a knob that runs away"
+    f"`torsio config set speed_limit_rad_s={FREE_LIMIT_RAD_S:g}`, as `torsio calibrate` needs it: "
+    "without a limit nothing stops a knob that runs away"
 )
 
 _ON_BUSY_COMPUTER = "; an emulated knob is late where the computer is busy"
@@ -36,8 +36,8 @@ _FAULTS_FOUND = {
     "emergency_stop": "the emergency stop is pressed or not connected",
     "over_speed": "the knob turned faster than its limit",
     "encoder": (
-        "the encoder's count jumped further than a knob can turn, one of its channels is dead, or "
-        "both changed at once, as with a loose plug"
+        "the encoder's count jumped too far, one of its channels is dead, or both changed at once, "
+        "as with a loose plug"
     ),
     "actuator": "the power stage reported an error",
     "current_sensor": (
@@ -187,8 +187,8 @@ def check_round_trips(facts: KnobFacts) -> Finding:
         "round_trip",
         False,
         text + problem,
-        "plug the knob into the computer itself and not into a hub, keep other USB devices off "
-        "that port, and see what keeps the processor busy; in a virtual machine this may be normal",
+        "plug the knob into the computer itself, without a hub or other devices on that port, and "
+        "look for busy programs; in a virtual machine this may be normal",
         asdict(trips),
     )
 
@@ -217,8 +217,8 @@ def check_losses(facts: KnobFacts) -> Finding:
         "losses",
         False,
         "; ".join(bad),
-        "try another cable and port, without a hub; if the computer is busy, read telemetry from a "
-        "thread that does nothing else, or at a lower rate",
+        "try another cable and port, without a hub. On a busy computer read telemetry in its own "
+        "thread, or at a lower rate",
         values,
     )
 

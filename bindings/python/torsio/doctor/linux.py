@@ -29,9 +29,8 @@ def check_usb(knobs: list[UsbKnob]) -> Finding:
         "usb",
         False,
         "the kernel sees no Torsio knob on the USB",
-        "plug it in; if it is, try another port and a cable that carries data, not only power, and "
-        f"look for it in `lsusb -d {VENDOR_ID}:{PRODUCT_ID}`; without hardware use "
-        "`--device emulated`",
+        "plug it in. Try another port, and a cable that carries data. Look for it in "
+        f"`lsusb -d {VENDOR_ID}:{PRODUCT_ID}`. Without hardware use `--device emulated`",
     )
 
 
@@ -89,7 +88,7 @@ def check_permission(knob: UsbKnob, permission: Permission) -> Finding:
         text += ": udev does not run, so its rules do nothing"
         advice = "in a container, give the file to your user on the host; else start udev"
     elif permission.remote:
-        text += ": the rule serves whoever sits at the machine, and you came over ssh"
+        text += ": the rule serves the user at the machine's own screen, and you came over ssh"
         advice = (
             "use the machine's own screen, or give yourself this file until it is unplugged: "
             f"sudo setfacl -m u:$USER:rw {node.path}"

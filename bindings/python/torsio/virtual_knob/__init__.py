@@ -36,8 +36,8 @@ def program_path() -> Path:
         )
     if not _PROGRAM.exists():
         raise Error(
-            "this package was built without the virtual USB knob, which needs TinyUSB: run "
-            "./dev build python in the source tree, which fetches it, or add "
+            "this package was built without the virtual USB knob, which needs TinyUSB. Run "
+            "./dev build python in the source tree, which fetches TinyUSB, or add "
             "-C cmake.define.TORSIO_TINYUSB_PATH=FOLDER to pip install"
         )
     return _PROGRAM

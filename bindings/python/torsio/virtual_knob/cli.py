@@ -174,7 +174,7 @@ def emulate_command(
         typer.Option(
             callback=_hand,
             metavar="HAND",
-            help="Who holds it: still, free, scripted:FILE, keyboard or mouse.",
+            help="The hand on the knob: still, free, scripted:FILE, keyboard or mouse.",
         ),
     ] = "still",
     log: Annotated[
