@@ -11,7 +11,7 @@
 
 namespace torsio {
 
-/// What is true of a plant at one moment. Torques on the knob.
+/// True values of a plant at one moment. Torques on the knob.
 struct PlantRow {
   double time_s;
   double angle_rad;        ///< of the knob
@@ -56,7 +56,7 @@ struct LoopRow {
   bool numeric_error;  ///< the scene's torque was not finite
 };
 
-/// What the controller decided from a count. Torques on the knob.
+/// Decisions of the controller from a count. Torques on the knob.
 struct ReplayRow {
   std::int64_t position_counts;
   double speed_rad_s;

@@ -1,4 +1,4 @@
-"""What an emulated knob is made of, who holds it, and what only the simulation knows.
+"""An emulated knob: its parts, its hand, and values that only the simulation knows.
 
 The simulator works with these structures directly, and C++ and Python users fill them in.
 """
@@ -109,7 +109,7 @@ COGGING = Structure(
 )  # fmt: skip
 
 CURRENT_SENSOR = enumeration(
-    "CurrentSensorState", "What a current sensor shows.",
+    "CurrentSensorState", "State of a current sensor.",
     "works", "dead", "stuck", "saturated",
 )  # fmt: skip
 
@@ -152,7 +152,7 @@ ELECTRICS = Structure(
 
 ELECTRICS_STATE = Structure(
     "ElectricsState",
-    "What no sensor of an emulated knob sees of its electrics, now.",
+    "True electric values of an emulated knob, now.",
     (
         told("motor_current_a", "double", "positive turns the knob to larger angles"),
         told("coil_current_a", "double", "of the brake"),
@@ -228,9 +228,9 @@ PLANT_PARAMS = Structure(
         amount("encoder_noise_counts", "", "standard deviation; 0 leaves the noise out", 0.0),
         yes_or_no(
             "spring_and_brake",
-            "part: spring and brake. Without it knob and brake are one rigid body and the brake never "
-            "engages, for what needs none, such as the law motor_only; it saves about a third of the "
-            "plant's time. The parts below, but for cogging, need it",
+            "part: spring and brake. Without it knob and brake are one rigid body and the brake "
+            "never engages. This suits the law motor_only and saves about a third of the plant's "
+            "time. The parts below, but for cogging, need it",
             default=True,
         ),
         optional_group("shaft_hardening", SHAFT_HARDENING, "part: the spring has knees"),
@@ -301,7 +301,8 @@ LINK_FAULTS = Structure(
     ),
 )
 INPUT_KIND = enumeration(
-    "InputKind", "What can enter an emulated device. In brackets: what the bytes are; numbers are little endian.",
+    "InputKind", "Kind of input to an emulated device. In brackets: its bytes; numbers are little "
+        "endian.",
     Value("stored", "what is in the storage from now on (both slots)"),
     Value("power", "(0 or 1)"),
     Value("connected", "the bus (0 or 1)"),
@@ -329,7 +330,7 @@ DEVICE_INPUT = Structure(
 )  # fmt: skip
 EMULATOR_OPTIONS = Structure(
     "EmulatorOptions",
-    "What an emulated knob is like, who holds it, and what is recorded of it.",
+    "Options of an emulated knob: parts, hand and records.",
     (
         for_hosts(any_whole("seed", "u64", "of everything random: encoder noise, damaged reports")),
         for_hosts(number("control_rate_hz", "Hz", constants.MIN_CONTROL_RATE_HZ, constants.MAX_CONTROL_RATE_HZ, "ticks in a second", default=1e9 / constants.EMULATED_CONTROL_PERIOD_NS.value)),
@@ -341,7 +342,9 @@ EMULATOR_OPTIONS = Structure(
         optional_group("board", configurations.BOARD_CONFIG, "the same; a plant with electrics has use for it"),
         optional_group("game", configurations.GAME_CONFIG, "the same"),
         optional_group("shaft", configurations.SHAFT_CONFIG, "the same"),
-        yes_or_no("paced", "on: time is the wall clock's, as with hardware; off: it is virtual and passes only inside calls that wait, as fast as it can be computed, and the same calls with the same seed give the same bytes"),
+        yes_or_no("paced", "on: real time, as with hardware; off: virtual time, which passes only "
+            "inside calls that wait, as fast as the computer can. The same calls with the same "
+            "seed give the same bytes"),
         yes_or_no("log_truth", "record what no sensor sees, once a tick"),
         yes_or_no("log_inputs", "record what enters the device, from power-up on, so that it can run again"),
     ),
@@ -396,7 +399,7 @@ _TRUE = (
 )
 TRUTH_SAMPLE = Structure(
     "TruthSample",
-    "What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.",
+    "True values of an emulated knob at the start of a control tick. Torques on the knob.",
     (
         told("time_s", "double", "device time"),
         *named(
@@ -412,7 +415,7 @@ TOLD = (TRUTH_SAMPLE, ELECTRICS_STATE, DEVICE_INPUT)
 _STICKS = (told("knob_sticks", "bool"), told("brake_sticks", "bool"))
 PLANT_ROW = Structure(
     "PlantRow",
-    "What is true of a plant at one moment. Torques on the knob.",
+    "True values of a plant at one moment. Torques on the knob.",
     (*_TRUE, *_STICKS),
     array_record=True,
 )
@@ -438,7 +441,7 @@ LOOP_ROW = Structure(
 )
 REPLAY_ROW = Structure(
     "ReplayRow",
-    "What the controller decided from a count. Torques on the knob.",
+    "Decisions of the controller from a count. Torques on the knob.",
     (
         told("position_counts", "std::int64_t"),
         told("speed_rad_s", "double"),

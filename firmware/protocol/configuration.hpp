@@ -1,5 +1,5 @@
 /// @file
-/// What the device is built of and how it controls: the reports that are kept in flash.
+/// The device's parts and its control: the reports that are kept in flash.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
 /// instead.
@@ -16,22 +16,22 @@
 
 namespace torsio::protocol {
 
-// What a real board gives at most until its parts are confirmed and known.
+// Limits of a real board until its parts are confirmed and known.
 // Enough to move the reference actuator against its friction, and nothing that hurts.
 inline constexpr float unconfirmed_motor_torque_max_nm = 0.015F;
 inline constexpr float unconfirmed_brake_torque_max_nm = 0.03F;
 inline constexpr float unconfirmed_speed_limit_rad_s = 10;
 
-// A torque's way to zero when somebody disarms; the skin is most sensitive near 250 Hz, where the
-// spectrum of a line of this length has its first zero.
+// A torque's way to zero when somebody disarms; its spectrum is zero at 250 Hz, where the skin is
+// most sensitive.
 inline constexpr float let_go_s = 0.004F;
 
-// An experiment's servo that asks for all the torque it may for so long, and sees no movement,
-// disarms; all of the reference motor makes the reference knob 40 rad/s faster in it.
+// An experiment's servo disarms after so long at full torque without movement; the reference motor
+// makes the reference knob 40 rad/s faster in this time.
 inline constexpr float excitation_still_s = 0.05F;
 
-/// The actuator as built. The defaults are those of the reference actuator. Set only while
-/// disarmed; another encoder empties the scene.
+/// The actuator as built. The defaults are the reference actuator. Set only while disarmed; another
+/// encoder empties the scene.
 struct ActuatorConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -58,8 +58,8 @@ struct Layout<ActuatorConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "actuator_config";
   static constexpr std::string_view doc =
-      "The actuator as built. The defaults are those of the reference actuator. Set only while "
-      "disarmed; another encoder empties the scene.";
+      "The actuator as built. The defaults are the reference actuator. Set only while disarmed; "
+      "another encoder empties the scene.";
   static constexpr FieldList fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ActuatorConfig::axis, "", "0: an interface has one axis"),
@@ -152,9 +152,9 @@ struct Layout<ControlConfig> {
   };
 };
 
-/// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
-/// pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
-/// start. The emulated device uses it where it has Electrics.
+/// The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin is the
+/// number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The
+/// emulated device uses it where it has Electrics.
 struct BoardConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -191,9 +191,9 @@ struct Layout<BoardConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "board_config";
   static constexpr std::string_view doc =
-      "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. "
-      "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the "
-      "next start. The emulated device uses it where it has Electrics.";
+      "The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin "
+      "is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next "
+      "start. The emulated device uses it where it has Electrics.";
   static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "0: an interface has one axis"),
@@ -252,8 +252,8 @@ struct Layout<BoardConfig> {
   };
 };
 
-/// What games may do over the game interface, and how their numbers become torques; docs/games.md.
-/// Set only while disarmed.
+/// Permissions of games on the game interface, and the scale of their torques; docs/games.md. Set
+/// only while disarmed.
 struct GameConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -279,8 +279,8 @@ struct Layout<GameConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "game_config";
   static constexpr std::string_view doc =
-      "What games may do over the game interface, and how their numbers become torques; "
-      "docs/games.md. Set only while disarmed.";
+      "Permissions of games on the game interface, and the scale of their torques; docs/games.md. "
+      "Set only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &GameConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &GameConfig::axis, "", "0: an interface has one axis"),

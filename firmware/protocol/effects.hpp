@@ -1,7 +1,7 @@
 /// @file
 /// The effects of a scene as they travel: one report each. Angles that may lie many turns away are
-/// fixed-point turns, so that they stay exact after any amount of turning; every other quantity is
-/// a float in SI units. Torques are torques on the knob, positive along positive angle.
+/// fixed-point turns, which stay exact after any amount of turning. Every other quantity is a float
+/// in SI units. Torques are torques on the knob, positive along positive angle.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
 /// instead.
@@ -408,7 +408,7 @@ struct Layout<Impact> {
   static constexpr FieldList fields{
       group("target", &Impact::target, ""),
       number("angle_turns_q32", &Impact::angle_turns_q32, "2^-32 turn", -max_turns_q32,
-             max_turns_q32, "the surface, as a rule that of a wall"),
+             max_turns_q32, "the surface, usually a wall's"),
       choice("side", &Impact::side, "on which side of the surface it is solid"),
       number("strength_nm_s_per_rad", &Impact::strength_nm_s_per_rad, "N m s/rad", 0,
              max_damping_nm_s_per_rad, "the sine's torque at first, per speed of impact"),

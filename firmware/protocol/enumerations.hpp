@@ -55,7 +55,7 @@ struct Enumerators<Grain> {
   static constexpr bool open = false;
 };
 
-/// What a curve does outside its span.
+/// A curve's torque outside its span.
 enum class Ends : std::uint8_t { hold, repeat };
 template <>
 struct Enumerators<Ends> {
@@ -90,7 +90,7 @@ struct Enumerators<Basis> {
   static constexpr bool open = false;
 };
 
-/// What the interface beside the SDK's is to the computer.
+/// The second interface, as the computer sees it.
 enum class Personality : std::uint8_t {
   game_controller,  // a joystick's axis with force feedback
   dial,             // a wheel of the desktop, with detents
@@ -101,7 +101,7 @@ struct Enumerators<Personality> {
   static constexpr bool open = false;
 };
 
-/// What a dial does: clockwise, to larger angles, is down, right or louder.
+/// Effect of a dial: clockwise, to larger angles, is down, right or louder.
 enum class DialUse : std::uint8_t {
   wheel,   // scrolls, in 120 steps a detent where the system can
   pan,     // scrolls sideways, as finely
@@ -125,7 +125,7 @@ struct Enumerators<State> {
   static constexpr bool open = false;
 };
 
-/// Who has the actuator: nobody unless it is armed.
+/// Owner of the actuator: none unless it is armed.
 enum class Owner : std::uint8_t { none, sdk, game, dial };
 template <>
 struct Enumerators<Owner> {
@@ -133,7 +133,7 @@ struct Enumerators<Owner> {
   static constexpr bool open = false;
 };
 
-/// What a game's effect is.
+/// Kind of a game's effect.
 enum class GameEffectKind : std::uint8_t {
   none,
   constant,
@@ -185,7 +185,7 @@ struct Enumerators<ResetCause> {
   static constexpr bool open = false;
 };
 
-/// What a command asks for.
+/// Command: what the host asks the device to do.
 enum class Op : std::uint8_t {
   keep_alive,  // nothing but a sign of life, not acknowledged
   arm,
@@ -206,7 +206,7 @@ struct Enumerators<Op> {
   static constexpr bool open = false;
 };
 
-/// What happened.
+/// Kind of an event.
 enum class EventKind : std::uint8_t {
   state_changed,       // by an order, a fault or the end of a soft stop
   watchdog,            // the host was silent for too long

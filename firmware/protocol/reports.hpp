@@ -29,7 +29,7 @@ inline constexpr std::uint16_t protocol_version = 1;
 inline constexpr std::uint8_t samples_per_report = 4;
 inline constexpr std::uint8_t game_effects_per_report = 3;
 
-/// Who the device is and what it can do. Read only.
+/// Identity and abilities of the device. Read only.
 struct Identity {
   std::uint32_t fingerprint = 0;
   std::uint16_t version = protocol_version;
@@ -49,7 +49,7 @@ struct Layout<Identity> {
   static constexpr std::uint8_t id = 0x01;
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "identity";
-  static constexpr std::string_view doc = "Who the device is and what it can do. Read only.";
+  static constexpr std::string_view doc = "Identity and abilities of the device. Read only.";
   static constexpr FieldList fields{
       any_number("fingerprint", &Identity::fingerprint, "",
                  "of the report layouts, the same as the library's"),
@@ -156,7 +156,7 @@ struct Layout<GameEffect> {
   };
 };
 
-/// What games do. Each reading shows the next of the effects, in turns. Read only.
+/// Effects of games. Each reading shows the next of the effects, in turns. Read only.
 struct GameMonitor {
   std::uint64_t tick = 0;
   Owner owner = Owner::none;
@@ -174,7 +174,7 @@ struct Layout<GameMonitor> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "game_monitor";
   static constexpr std::string_view doc =
-      "What games do. Each reading shows the next of the effects, in turns. Read only.";
+      "Effects of games. Each reading shows the next of the effects, in turns. Read only.";
   static constexpr FieldList fields{
       any_number("tick", &GameMonitor::tick, "", "of this moment"),
       choice("owner", &GameMonitor::owner, "who has the actuator"),
@@ -502,7 +502,7 @@ struct Layout<Telemetry> {
   };
 };
 
-/// What became of a report.
+/// Answer to a report.
 struct Acknowledgement {
   std::uint16_t sequence = 0;
   std::uint8_t report = 0;
@@ -517,7 +517,7 @@ struct Layout<Acknowledgement> {
   static constexpr std::uint8_t id = 0x41;
   static constexpr Direction direction = Direction::input;
   static constexpr std::string_view name = "acknowledgement";
-  static constexpr std::string_view doc = "What became of a report.";
+  static constexpr std::string_view doc = "Answer to a report.";
   static constexpr FieldList fields{
       any_number("sequence", &Acknowledgement::sequence, "", "of the report that is answered"),
       any_number("report", &Acknowledgement::report, "", "its id"),

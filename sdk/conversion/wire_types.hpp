@@ -1,5 +1,5 @@
 /// @file
-/// Which structure of the protocol carries which of the user's, and in which units a report counts.
+/// The protocol's structure for each of the user's, and the units of each report.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
 /// instead.
@@ -17,7 +17,7 @@
 
 namespace torsio {
 
-/// `type` is what travels for a user's structure.
+/// `type` is the report's structure for a user's structure.
 template <class Host>
 struct WireType;
 

@@ -147,7 +147,7 @@ export const FAULTS: readonly Bit[] = [
     "name": "actuator",
     "bit": 3,
     "doc": "the power stage reports an error",
-    "advice": "check supply, motor cable, temperature, and the current sensor, whose wire is off or whose output is at its end, then clear the fault",
+    "advice": "check supply, motor cable, temperature, and the current sensor with its wire, then clear the fault",
   },
   {
     "name": "overrun",
@@ -165,7 +165,7 @@ export const FAULTS: readonly Bit[] = [
     "name": "current_sensor",
     "bit": 6,
     "doc": "its zero leaves no room for the trip level",
-    "advice": "check the sensor's supply and wire; then current_sense_v_per_a and motor_current_max_a of the board configuration: one and a half times that current must stay within its range",
+    "advice": "check the sensor's supply and wire; then current_sense_v_per_a and motor_current_max_a of the board configuration: the sensor must see one and a half times that current",
   },
   {
     "name": "winding",
@@ -177,7 +177,7 @@ export const FAULTS: readonly Bit[] = [
     "name": "temperature",
     "bit": 8,
     "doc": "the motor's winding or the brake's coil is too hot, computed from its current",
-    "advice": "let it cool down; then look for a current that nobody asked for, and compare motor_current_continuous_a, brake_continuous_percent and ambient_c of the board configuration with the parts; clear the fault",
+    "advice": "let it cool down, then look for an unwanted current; compare motor_current_continuous_a, brake_continuous_percent and ambient_c of the board configuration with the parts; clear the fault",
   },
   {
     "name": "supply",
@@ -231,7 +231,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 1,
     "direction": "feature",
     "title": "Identity",
-    "doc": "Who the device is and what it can do. Read only.",
+    "doc": "Identity and abilities of the device. Read only.",
     "notes": "",
     "size": 46,
     "fields": [
@@ -287,7 +287,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 4,
     "direction": "feature",
     "title": "ActuatorConfig",
-    "doc": "The actuator as built. The defaults are those of the reference actuator.",
+    "doc": "The actuator as built. The defaults are the reference actuator.",
     "notes": "Set only while disarmed; another encoder empties the scene.",
     "size": 61,
     "fields": [
@@ -339,7 +339,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 6,
     "direction": "feature",
     "title": "BoardConfig",
-    "doc": "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
+    "doc": "The board's wiring, and the electrical values of motor and brake; docs/hardware.md.",
     "notes": "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The emulated device uses it where it has Electrics.",
     "size": 63,
     "fields": [
@@ -377,7 +377,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 7,
     "direction": "feature",
     "title": "GameConfig",
-    "doc": "What games may do over the game interface, and how their numbers become torques; docs/games.md.",
+    "doc": "Permissions of games on the game interface, and the scale of their torques; docs/games.md.",
     "notes": "Set only while disarmed.",
     "size": 48,
     "fields": [
@@ -454,7 +454,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 8,
     "direction": "feature",
     "title": "GameMonitor",
-    "doc": "What games do. Each reading shows the next of the effects, in turns. Read only.",
+    "doc": "Effects of games. Each reading shows the next of the effects, in turns. Read only.",
     "notes": "",
     "size": 53,
     "fields": [
@@ -791,7 +791,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 37,
     "fields": [
       {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
-      {"name": "angle_rad", "kind": "angle", "doc": "the surface, as a rule that of a wall", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
+      {"name": "angle_rad", "kind": "angle", "doc": "the surface, usually a wall's", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "side", "kind": "choice", "doc": "on which side of the surface it is solid", "wire": "side", "type": "u8", "enumeration": "Side", "values": ["above", "below"], "default": "above", "shown": true},
       {"name": "strength_nm_s_per_rad", "kind": "number", "doc": "the sine's torque at first, per speed of impact", "wire": "strength_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
       {"name": "frequency_hz", "kind": "number", "doc": "of the sine; at most half the control rate", "wire": "frequency_hz", "type": "f32", "low": 1.0, "high": 1000.0, "unit": "Hz", "default": 300.0, "shown": true},
@@ -837,7 +837,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 65,
     "direction": "input",
     "title": "Acknowledgement",
-    "doc": "What became of a report.",
+    "doc": "Answer to a report.",
     "notes": "",
     "size": 15,
     "fields": [

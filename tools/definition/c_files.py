@@ -1,4 +1,4 @@
-"""What is printed for users of C."""
+"""Prints files for users of C."""
 
 from __future__ import annotations
 

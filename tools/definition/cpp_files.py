@@ -1,4 +1,4 @@
-"""What is printed for C++ users, and for the emulator."""
+"""Prints files for C++ users, and for the emulator."""
 
 from __future__ import annotations
 
@@ -35,9 +35,8 @@ def sdk_scene() -> str:
     body += "/// Any effect.\n"
     body += f"using Effect = std::variant<{variant}>;\n\n"
     body += cpp.comment(
-        f"Up to {constants.MAX_EFFECTS.value} effects; their torques add up. The place in the list is the effect's identity: an "
-        "effect that stands at the same place with the same values in the next scene goes on playing, "
-        "any other starts anew."
+        f"Up to {constants.MAX_EFFECTS.value} effects; their torques add up. An effect with the "
+        "same place and the same values in the next scene goes on playing. Any other starts anew."
     )
     body += "using Scene = std::vector<Effect>;\n\n"
     body += "".join(map(cpp.host_structure, (reports.LOCAL_MODEL, reports.EXCITATION)))
@@ -80,7 +79,7 @@ def sdk_telemetry() -> str:
     body += cpp.bits(e.FLAG, with_names=False)
     body += "".join(map(cpp.host_structure, (told.TELEMETRY_SAMPLE, *told.TOLD)))
     return _sdk_header(
-        "What the device reports about itself.",
+        "The device's reports about itself.",
         ("<cstdint>", "<string>", "<vector>"),
         body,
     )
@@ -121,13 +120,13 @@ def sdk_wire_types() -> str:
         for of in travelling
     )
     return _sdk_header(
-        "Which structure of the protocol carries which of the user's, and in which units a report counts.",
+        "The protocol's structure for each of the user's, and the units of each report.",
         (
             "<array>", "<cstddef>", "<string_view>",
             "protocol/configuration.hpp", "protocol/effects.hpp", "protocol/reports.hpp",
             "torsio/config.hpp", "torsio/scene.hpp",
         ),
-        "/// `type` is what travels for a user's structure.\ntemplate <class Host>\nstruct WireType;\n\n"
+        "/// `type` is the report's structure for a user's structure.\ntemplate <class Host>\nstruct WireType;\n\n"
         + body
         + "\n"
         + cpp.report_units(REPORT_UNITS),
@@ -146,14 +145,14 @@ def emulator_plant() -> str:
     body += cpp.comment(plant.HAND_FUNCTION)
     body += "using HandFunction =\n    std::function<double(double time_s, double angle_rad, double speed_rad_s)>;\n\n"
     body += "".join(map(cpp.host_structure, plant.HANDS))
-    body += "/// Who holds an emulated knob.\n"
+    body += "/// The hand on an emulated knob.\n"
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
     body += "".join(map(cpp.host_structure, _EMULATED))
     body += "/// Serial number of an emulated or virtual knob that is told no other.\n"
     body += f'inline constexpr std::string_view kEmulatedSerial = "{plant.EMULATED_SERIAL}";\n'
     return _sdk_header(
-        "What an emulated knob is made of, who holds it, what happens to it, and what only the simulation "
+        "An emulated knob: its parts, its hand, its inputs, and values that only the simulation "
         "knows.",
         (
             "<cstdint>",

@@ -1,4 +1,4 @@
-"""What is printed for readers and for the studio; and the places that state the USB ids."""
+"""Prints files for readers and for the studio, and the places that state the USB ids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is printed for Python users."""
+"""Prints files for Python users."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def python_plant() -> str:
         map(python.data_class, (*plant.PARTS, plant.PLANT_PARAMS, plant.ELECTRICS_STATE))
     )
     return python.module(
-        "What an emulated knob is made of. Defaults: the reference actuator.",
+        "The parts of an emulated knob. Defaults: the reference actuator.",
         PLANT_LISTS,
         body,
         (*(of.name for of in plant.PARTS), plant.PLANT_PARAMS.name, plant.ELECTRICS_STATE.name),
@@ -168,7 +168,7 @@ def python_told() -> str:
     )
     body += "".join(python.data_class(of, told=True) for of in told.TOLD)
     return python.module(
-        "What a knob tells about itself: identity, clock, health, and how the cable is doing.",
+        "A knob's reports about itself: identity, clock, health, and the state of the cable.",
         LISTS,
         body,
         ("State", *(of.name for of in told.TOLD)),
@@ -188,7 +188,7 @@ def python_telemetry() -> str:
     body += python.record_type("LOOP_DTYPE", plant.LOOP_ROW)
     body += python.flags(e.FLAG)
     return python.module(
-        "What the device measures and the emulator knows, as NumPy structured arrays.\n\n"
+        "Measurements of the device and true values of the emulator, as NumPy structured arrays.\n\n"
         "Records are arrays of shape (n_samples,) with the columns below: ``log[\"angle_rad\"]`` is an "
         "array of\nangles, ``log[0]`` the first sample. Padding bytes are zero.",
         LISTS,

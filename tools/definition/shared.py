@@ -1,4 +1,4 @@
-"""What several printers of files share: where the lists are, and which enumerations belong together."""
+"""Shared by the printers of files: where the lists are, and which enumerations belong together."""
 
 from __future__ import annotations
 

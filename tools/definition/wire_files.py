@@ -1,4 +1,4 @@
-"""What is printed for the firmware: reports, and the choices of the control mathematics."""
+"""Prints files for the firmware: reports, and the choices of the control mathematics."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ def wire_effects() -> str:
     body += cpp.wire_sizes(listed)
     return _wire_header(
         "The effects of a scene as they travel: one report each. Angles that may lie many turns away "
-        "are fixed-point turns, so that they stay exact after any amount of turning; every other "
-        "quantity is a float in SI units. Torques are torques on the knob, positive along positive "
+        "are fixed-point turns, which stay exact after any amount of turning. Every other quantity is a "
+        "float in SI units. Torques are torques on the knob, positive along positive "
         "angle.",
         ("<variant>", "protocol/enumerations.hpp", "protocol/layout.hpp"),
         body,
@@ -74,13 +74,13 @@ def wire_configuration() -> str:
         constants.UNCONFIRMED_BRAKE_TORQUE_MAX_NM,
         constants.UNCONFIRMED_SPEED_LIMIT_RAD_S,
     )
-    body = "// What a real board gives at most until its parts are confirmed and known.\n"
+    body = "// Limits of a real board until its parts are confirmed and known.\n"
     body += "".join(map(cpp.constant, numbers)) + "\n"
     body += cpp.constant(constants.LET_GO_S) + "\n"
     body += cpp.constant(constants.EXCITATION_STILL_S) + "\n"
     body += "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)
     return _wire_header(
-        "What the device is built of and how it controls: the reports that are kept in flash.",
+        "The device's parts and its control: the reports that are kept in flash.",
         ("protocol/effects.hpp", "protocol/enumerations.hpp", "protocol/layout.hpp"),
         body,
     )

@@ -48,7 +48,7 @@ EXCITATION_STILL_S = 0.05
 
 @dataclass(frozen=True)
 class ActuatorConfig(checks.ByName):
-    """The actuator as built. The defaults are those of the reference actuator.
+    """The actuator as built. The defaults are the reference actuator.
 
     Set only while disarmed; another encoder empties the scene.
 
@@ -160,7 +160,7 @@ class ControlConfig(checks.ByName):
 
 @dataclass(frozen=True)
 class BoardConfig(checks.ByName):
-    """What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.
+    """The board's wiring, and the electrical values of motor and brake; docs/hardware.md.
 
     A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
     start. The emulated device uses it where it has Electrics.
@@ -256,9 +256,7 @@ class BoardConfig(checks.ByName):
 
 @dataclass(frozen=True)
 class GameConfig(checks.ByName):
-    """What games may do over the game interface, and how their numbers become torques.
-
-    Docs/games.md.
+    """Permissions of games on the game interface, and the scale of their torques; docs/games.md.
 
     Set only while disarmed.
 

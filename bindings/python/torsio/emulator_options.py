@@ -27,7 +27,7 @@ EMULATED_SERIAL = "EMULATED"
 
 @dataclass(frozen=True)
 class EmulatorOptions(checks.ByName):
-    """What an emulated knob is like, who holds it, and what is recorded of it.
+    """Options of an emulated knob: parts, hand and records.
 
     Attributes
     ----------
@@ -52,9 +52,8 @@ class EmulatorOptions(checks.ByName):
     shaft
         The same.
     paced
-        True: time is the wall clock's, as with hardware; False: it is virtual and passes only
-        inside calls that wait, as fast as it can be computed, and the same calls with the same seed
-        give the same bytes.
+        True: real time, as with hardware; False: virtual time, which passes only inside calls that
+        wait, as fast as the computer can. The same calls with the same seed give the same bytes.
     log_truth
         Record what no sensor sees, once a tick.
     log_inputs

@@ -1,4 +1,4 @@
-"""What an emulated knob is made of. Defaults: the reference actuator."""
+"""The parts of an emulated knob. Defaults: the reference actuator."""
 
 # Printed from the field lists in emulator/definition/ by `./dev generate`;
 # change those instead.
@@ -242,8 +242,8 @@ class PlantParams(PlantMethods):
         Standard deviation; 0 leaves the noise out; >= 0.
     spring_and_brake
         Part: spring and brake. Without it knob and brake are one rigid body and the brake never
-        engages, for what needs none, such as the law motor_only; it saves about a third of the
-        plant's time. The parts below, but for cogging, need it.
+        engages. This suits the law motor_only and saves about a third of the plant's time. The
+        parts below, but for cogging, need it.
     shaft_hardening
         Part: the spring has knees.
     brake_hysteresis
@@ -303,7 +303,7 @@ class PlantParams(PlantMethods):
 
 @dataclass(frozen=True)
 class ElectricsState(checks.ByName):
-    """What no sensor of an emulated knob sees of its electrics, now.
+    """True electric values of an emulated knob, now.
 
     Attributes
     ----------

@@ -375,7 +375,7 @@ class Impact(Effect):
     Attributes
     ----------
     angle_rad
-        The surface, as a rule that of a wall.
+        The surface, usually a wall's.
     side
         On which side of the surface it is solid.
     strength_nm_s_per_rad

@@ -41,8 +41,8 @@ FAULT_ADVICE: Final = {
     ),
     "encoder": ("check the encoder's cable and supply, then clear the fault"),
     "actuator": (
-        "check supply, motor cable, temperature, and the current sensor, whose wire is off or"
-        " whose output is at its end, then clear the fault"
+        "check supply, motor cable, temperature, and the current sensor with its wire, then "
+        "clear the fault"
     ),
     "overrun": (
         "clear the fault; if it comes back the scene is too much for the board: play fewer effects"
@@ -50,15 +50,15 @@ FAULT_ADVICE: Final = {
     "numeric": ("stop, clear the fault, and look for extreme values in scene and configuration"),
     "current_sensor": (
         "check the sensor's supply and wire; then current_sense_v_per_a and "
-        "motor_current_max_a of the board configuration: one and a half times that current "
-        "must stay within its range"
+        "motor_current_max_a of the board configuration: the sensor must see one and a half "
+        "times that current"
     ),
     "winding": (
         "check the current sensor, the motor's wires, the supply and the encoder's cable, "
         "then resistance, torque constant and signs in the configuration; clear the fault"
     ),
     "temperature": (
-        "let it cool down; then look for a current that nobody asked for, and compare "
+        "let it cool down, then look for an unwanted current; compare "
         "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
         "configuration with the parts; clear the fault"
     ),

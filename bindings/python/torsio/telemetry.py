@@ -1,4 +1,4 @@
-"""What the device measures and the emulator knows, as NumPy structured arrays.
+"""Measurements of the device and true values of the emulator, as NumPy structured arrays.
 
 Records are arrays of shape (n_samples,) with the columns below: ``log["angle_rad"]`` is an array of
 angles, ``log[0]`` the first sample. Padding bytes are zero.
@@ -63,7 +63,7 @@ TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
     ],
     align=True,
 )
-"""What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob."""
+"""True values of an emulated knob at the start of a control tick. Torques on the knob."""
 
 PLANT_DTYPE: Final[np.dtype[Any]] = np.dtype(
     [
@@ -83,7 +83,7 @@ PLANT_DTYPE: Final[np.dtype[Any]] = np.dtype(
     ],
     align=True,
 )
-"""What is true of a plant at one moment. Torques on the knob."""
+"""True values of a plant at one moment. Torques on the knob."""
 
 LOOP_DTYPE: Final[np.dtype[Any]] = np.dtype(
     [

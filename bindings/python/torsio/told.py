@@ -1,4 +1,4 @@
-"""What a knob tells about itself: identity, clock, health, and how the cable is doing."""
+"""A knob's reports about itself: identity, clock, health, and the state of the cable."""
 
 # Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
 # change those instead.
@@ -59,7 +59,7 @@ class ListedDevice:
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """Who the device is and what it can do.
+    """Identity and abilities of the device.
 
     Attributes
     ----------
@@ -181,9 +181,9 @@ class Health:
 
 @dataclass(frozen=True)
 class Energies:
-    """What the law `calibrated` has counted since it was chosen.
+    """Energies that the law `calibrated` has counted since it was chosen.
 
-    What the motor gave is felt, stored or taken by the brake.
+    The hand feels the motor's energy, the shaft stores it, or the brake takes it.
 
     Attributes
     ----------
@@ -217,9 +217,9 @@ class Energies:
 
 @dataclass(frozen=True)
 class MotorCurrent:
-    """What the motor's current sensor has shown and its bridge was told since the board started.
+    """Sums of the motor's current readings and of its bridge's shares since the board started.
 
-    Of two readings the difference tells what was between them.
+    The difference of two readings covers everything in between.
 
     Attributes
     ----------
@@ -284,8 +284,8 @@ class Limits:
     speed_limit_rad_s
         More is a fault; 0: no limit.
     held_low
-        Nobody has confirmed the parts of this real board, or their values are assumed, so it gives
-        little; `confirmed` and a calibration end it.
+        The board gives little, because nobody has confirmed its parts, or because their values are
+        assumed; `confirmed` and a calibration end it.
     """
 
     motor_torque_max_nm: float
@@ -313,7 +313,7 @@ class StableStiffness:
 
 @dataclass(frozen=True)
 class GameStatus:
-    """What games do with the device.
+    """Effects of games on the device.
 
     Attributes
     ----------

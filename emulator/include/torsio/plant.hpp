@@ -1,6 +1,5 @@
 /// @file
-/// What an emulated knob is made of, who holds it, what happens to it, and what only the simulation
-/// knows.
+/// An emulated knob: its parts, its hand, its inputs, and values that only the simulation knows.
 ///
 /// Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
 #pragma once
@@ -60,16 +59,16 @@ struct FeedbackHand {
   double period_s = 0.001;   ///< from one asking to the next; 1e-5 to 1
 };
 
-/// Who holds an emulated knob.
+/// The hand on an emulated knob.
 using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, FeedbackHand>;
 
 /// Which count an angle between two gives.
 enum class EncoderRounding : std::uint8_t { floor, nearest };
 
-/// What a current sensor shows.
+/// State of a current sensor.
 enum class CurrentSensorState : std::uint8_t { works, dead, stuck, saturated };
 
-/// What can enter an emulated device. In brackets: what the bytes are; numbers are little endian.
+/// Kind of input to an emulated device. In brackets: its bytes; numbers are little endian.
 enum class InputKind : std::uint8_t {
   stored,          ///< what is in the storage from now on (both slots)
   power,           ///< (0 or 1)
@@ -175,8 +174,8 @@ struct PlantParams {
   double encoder_phase_counts = 0.0;                          ///< where in a count angle 0 lies
   double encoder_noise_counts = 0.0;  ///< standard deviation; 0 leaves the noise out; >= 0
   /// part: spring and brake. Without it knob and brake are one rigid body and the brake never
-  /// engages, for what needs none, such as the law motor_only; it saves about a third of the
-  /// plant's time. The parts below, but for cogging, need it
+  /// engages. This suits the law motor_only and saves about a third of the plant's time. The parts
+  /// below, but for cogging, need it
   bool spring_and_brake = true;
   std::optional<ShaftHardening> shaft_hardening{};    ///< part: the spring has knees
   std::optional<BrakeHysteresis> brake_hysteresis{};  ///< part: play in the brake
@@ -193,7 +192,7 @@ struct LinkFaults {
   double corrupt_input = 0.0;   ///< a bit of it is another; 0 to 1
 };
 
-/// What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.
+/// True values of an emulated knob at the start of a control tick. Torques on the knob.
 struct TruthSample {
   double time_s;             ///< device time
   double angle_rad;          ///< of the knob
@@ -206,7 +205,7 @@ struct TruthSample {
   double hand_torque_nm;     ///< of whoever holds the knob
 };
 
-/// What no sensor of an emulated knob sees of its electrics, now.
+/// True electric values of an emulated knob, now.
 struct ElectricsState {
   double motor_current_a = 0.0;  ///< positive turns the knob to larger angles
   double coil_current_a = 0.0;   ///< of the brake

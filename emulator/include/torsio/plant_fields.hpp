@@ -229,8 +229,8 @@ struct Fields<PlantParams> {
               "standard deviation; 0 leaves the noise out"),
         field("spring_and_brake", &PlantParams::spring_and_brake, "", -kNoLimit, kNoLimit,
               "part: spring and brake. Without it knob and brake are one rigid body and the brake "
-              "never engages, for what needs none, such as the law motor_only; it saves about a "
-              "third of the plant's time. The parts below, but for cogging, need it"),
+              "never engages. This suits the law motor_only and saves about a third of the plant's "
+              "time. The parts below, but for cogging, need it"),
         field("shaft_hardening", &PlantParams::shaft_hardening, "", -kNoLimit, kNoLimit,
               "part: the spring has knees"),
         field("brake_hysteresis", &PlantParams::brake_hysteresis, "", -kNoLimit, kNoLimit,

@@ -1,4 +1,4 @@
-"""What the device is built of and how it controls: the reports that are kept in flash."""
+"""The device's parts and its control: the reports that are kept in flash."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _configuration(id: int, name: str, doc: str, notes: str, *fields: Field) -> 
 ACTUATOR_CONFIG = _configuration(
     0x04,
     "ActuatorConfig",
-    "The actuator as built. The defaults are those of the reference actuator.",
+    "The actuator as built. The defaults are the reference actuator.",
     "Set only while disarmed; another encoder empties the scene.",
     torque("motor_torque_max_nm", "what the motor can give", default=constants.REFERENCE_MOTOR_TORQUE_MAX_NM),
     torque("brake_torque_max_nm", "what the brake can hold", default=constants.REFERENCE_BRAKE_TORQUE_MAX_NM),
@@ -108,7 +108,7 @@ CONTROL_CONFIG = _configuration(
 BOARD_CONFIG = _configuration(
     0x06,
     "BoardConfig",
-    "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
+    "The board's wiring, and the electrical values of motor and brake; docs/hardware.md.",
     "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next "
     "start. The emulated device uses it where it has Electrics.",
     number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=constants.REFERENCE_SUPPLY_V),
@@ -199,7 +199,7 @@ BOARD_CONFIG = _configuration(
 GAME_CONFIG = _configuration(
     0x07,
     "GameConfig",
-    "What games may do over the game interface, and how their numbers become torques; docs/games.md.",
+    "Permissions of games on the game interface, and the scale of their torques; docs/games.md.",
     "Set only while disarmed.",
     switch("enabled", e.TOGGLE, "off: games see the axis but move nothing", default=True),
     number(

@@ -32,14 +32,14 @@ MAX_CONTROL_RATE_HZ = Constant("max_control_rate_hz", 1e9 / MIN_CONTROL_PERIOD_N
 
 LET_GO_S = Constant(
     "let_go_s", 4e-3,
-    doc="a torque's way to zero when somebody disarms; the skin is most sensitive near 250 Hz, where the "
-    "spectrum of a line of this length has its first zero",
+    doc="a torque's way to zero when somebody disarms; its spectrum is zero at 250 Hz, where the "
+    "skin is most sensitive",
 )  # fmt: skip
 
 EXCITATION_STILL_S = Constant(
     "excitation_still_s", 50e-3,
-    doc="an experiment's servo that asks for all the torque it may for so long, and sees no movement, disarms; "
-    "all of the reference motor makes the reference knob 40 rad/s faster in it",
+    doc="an experiment's servo disarms after so long at full torque without movement; the "
+    "reference motor makes the reference knob 40 rad/s faster in this time",
 )  # fmt: skip
 
 # The reference actuator: what the device takes it for, and what the emulated one is.
@@ -67,7 +67,7 @@ REFERENCE_CURRENT_SENSE_V_PER_A = 0.2
 REFERENCE_AMBIENT_C = 25
 
 LEDGER_TORQUE_NM = 2.0**-23
-"""What the device counts the ledger's torques in; firmware/core/ledger.hpp has the same."""
+"""Unit of the ledger's torques; firmware/core/ledger.hpp has the same."""
 
 MOTOR_LAG_S = 44e-6
 """By which the reference board's current loop trails: a period of 25 us until its voltage acts, then the

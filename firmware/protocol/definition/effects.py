@@ -259,7 +259,7 @@ IMPACT = _effect(
     "The knock of something hard, in proportion to the speed at which the knob enters the surface: a "
     "decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than it "
     "took, within one count.",
-    angle_rad("angle_rad", "the surface, as a rule that of a wall"),
+    angle_rad("angle_rad", "the surface, usually a wall's"),
     choice("side", e.SIDE, "on which side of the surface it is solid"),
     number(
         "strength_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,

@@ -29,7 +29,7 @@ GRAIN = enumeration(
     "Shape of a texture's grains; noise draws a value for each and joins them smoothly.",
     "sine", "square", "triangle", "noise",
 )  # fmt: skip
-ENDS = enumeration("Ends", "What a curve does outside its span.", "hold", "repeat")
+ENDS = enumeration("Ends", "A curve's torque outside its span.", "hold", "repeat")
 
 # --- configuration -------------------------------------------------------------------------------
 
@@ -55,13 +55,13 @@ BASIS = enumeration(
 
 PERSONALITY = enumeration(
     "Personality",
-    "What the interface beside the SDK's is to the computer.",
+    "The second interface, as the computer sees it.",
     Value("game_controller", "a joystick's axis with force feedback"),
     Value("dial", "a wheel of the desktop, with detents"),
 )
 DIAL_USE = enumeration(
     "DialUse",
-    "What a dial does: clockwise, to larger angles, is down, right or louder.",
+    "Effect of a dial: clockwise, to larger angles, is down, right or louder.",
     Value("wheel", "scrolls, in 120 steps a detent where the system can"),
     Value("pan", "scrolls sideways, as finely"),
     Value("volume", "a key press for each detent"),
@@ -78,11 +78,11 @@ STATE = enumeration(
     Value("disconnected", "the device is unplugged, or does not answer any more", host_only=True),
 )
 OWNER = enumeration(
-    "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game", "dial"
+    "Owner", "Owner of the actuator: none unless it is armed.", "none", "sdk", "game", "dial"
 )
 GAME_EFFECT_KIND = enumeration(
     "GameEffectKind",
-    "What a game's effect is.",
+    "Kind of a game's effect.",
     "none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down",
     "spring", "damper", "inertia", "friction",
 )  # fmt: skip
@@ -95,7 +95,7 @@ GAME_EFFECT_STATE = enumeration(
 )
 OP = enumeration(
     "Op",
-    "What a command asks for.",
+    "Command: what the host asks the device to do.",
     Value("keep_alive", "nothing but a sign of life, not acknowledged"),
     Value("arm"),
     Value("disarm"),
@@ -135,7 +135,7 @@ RESET_CAUSE = enumeration(
 )
 EVENT_KIND = enumeration(
     "EventKind",
-    "What happened.",
+    "Kind of an event.",
     Value("state_changed", "by an order, a fault or the end of a soft stop"),
     Value("watchdog", "the host was silent for too long"),
     Value("deadline_missed", "a streamed local model outlived its deadline"),
@@ -237,8 +237,8 @@ FAULT = Bits(
         Value(
             "actuator",
             "the power stage reports an error",
-            "check supply, motor cable, temperature, and the current sensor, whose wire is off or "
-            "whose output is at its end, then clear the fault",
+            "check supply, motor cable, temperature, and the current sensor with its wire, then "
+            "clear the fault",
         ),
         Value(
             "overrun",
@@ -255,8 +255,8 @@ FAULT = Bits(
             "current_sensor",
             "its zero leaves no room for the trip level",
             "check the sensor's supply and wire; then current_sense_v_per_a and "
-            "motor_current_max_a of the board configuration: one and a half times that "
-            "current must stay within its range",
+            "motor_current_max_a of the board configuration: the sensor must see one and a half "
+            "times that current",
         ),
         Value(
             "winding",
@@ -268,7 +268,7 @@ FAULT = Bits(
         Value(
             "temperature",
             "the motor's winding or the brake's coil is too hot, computed from its current",
-            "let it cool down; then look for a current that nobody asked for, and compare "
+            "let it cool down, then look for an unwanted current; compare "
             "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
             "configuration with the parts; clear the fault",
         ),

@@ -35,7 +35,7 @@ _FOR_EVER = 1 << 62
 
 IDENTITY = Structure(
     "Identity",
-    "Who the device is and what it can do. Read only.",
+    "Identity and abilities of the device. Read only.",
     (
         raw("fingerprint", "u32", "of the report layouts, the same as the library's"),
         raw("version", "u16", "version of the protocol", default="protocol_version"),
@@ -113,7 +113,7 @@ GAME_EFFECT = Structure(
 )
 GAME_MONITOR = Structure(
     "GameMonitor",
-    "What games do. Each reading shows the next of the effects, in turns. Read only.",
+    "Effects of games. Each reading shows the next of the effects, in turns. Read only.",
     (
         raw("tick", "u64", "of this moment"),
         on_wire(choice("owner", e.OWNER, "who has the actuator")),
@@ -296,7 +296,7 @@ TELEMETRY = Structure(
 )  # fmt: skip
 ACKNOWLEDGEMENT = Structure(
     "Acknowledgement",
-    "What became of a report.",
+    "Answer to a report.",
     (
         raw("sequence", "u16", "of the report that is answered"),
         raw("report", "u8", "its id"),

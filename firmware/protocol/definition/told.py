@@ -1,4 +1,4 @@
-"""What a knob tells its user: identity, clock, health, telemetry. The library fills these in."""
+"""A knob's answers to its user: identity, clock, health, telemetry. The library fills these in."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LISTED_DEVICE = Structure(
 )
 DEVICE_INFO = Structure(
     "DeviceInfo",
-    "Who the device is and what it can do.",
+    "Identity and abilities of the device.",
     (
         text("path", "what open() takes"),
         text("serial", "serial number"),
@@ -59,7 +59,8 @@ HEALTH = Structure(
 )
 ENERGIES = Structure(
     "Energies",
-    "What the law `calibrated` has counted since it was chosen. What the motor gave is felt, stored or taken by the brake.",
+    "Energies that the law `calibrated` has counted since it was chosen. The hand feels the "
+    "motor's energy, the shaft stores it, or the brake takes it.",
     (
         *told_of(reports.LEDGER, "tick"),
         told("time_s", "double", "tick times the control period"),
@@ -76,8 +77,8 @@ ENERGIES = Structure(
 )
 MOTOR_CURRENT = Structure(
     "MotorCurrent",
-    "What the motor's current sensor has shown and its bridge was told since the board started: of two "
-    "readings the difference tells what was between them.",
+    "Sums of the motor's current readings and of its bridge's shares since the board started. The "
+    "difference of two readings covers everything in between.",
     (
         *told_of(reports.MOTOR_CURRENT, "measured"),
         told("time_s", "double", "periods of the current loop since the board started"),
@@ -107,15 +108,15 @@ LIMITS = Structure(
         for_hosts(
             switch(
                 "held_low", e.TOGGLE,
-                "nobody has confirmed the parts of this real board, or their values are assumed, so it "
-                "gives little; `confirmed` and a calibration end it",
+                "the board gives little, because nobody has confirmed its parts, or because their "
+                "values are assumed; `confirmed` and a calibration end it",
             )
         ),
     ),
 )  # fmt: skip
 GAME_STATUS = Structure(
     "GameStatus",
-    "What games do with the device.",
+    "Effects of games on the device.",
     (
         told("time_s", "double", "of this moment: the device's tick times the control period"),
         *told_of(

@@ -54,7 +54,7 @@ typedef enum torsio_grain {
 } torsio_grain;
 TORSIO_API const char* torsio_grain_name(int32_t value);
 
-/// What a curve does outside its span.
+/// A curve's torque outside its span.
 typedef enum torsio_ends {
   TORSIO_ENDS_HOLD = 0,
   TORSIO_ENDS_REPEAT = 1,
@@ -82,14 +82,14 @@ typedef enum torsio_basis {
 } torsio_basis;
 TORSIO_API const char* torsio_basis_name(int32_t value);
 
-/// What the interface beside the SDK's is to the computer.
+/// The second interface, as the computer sees it.
 typedef enum torsio_personality {
   TORSIO_PERSONALITY_GAME_CONTROLLER = 0,  ///< a joystick's axis with force feedback
   TORSIO_PERSONALITY_DIAL = 1,             ///< a wheel of the desktop, with detents
 } torsio_personality;
 TORSIO_API const char* torsio_personality_name(int32_t value);
 
-/// What a dial does: clockwise, to larger angles, is down, right or louder.
+/// Effect of a dial: clockwise, to larger angles, is down, right or louder.
 typedef enum torsio_dial_use {
   TORSIO_DIAL_USE_WHEEL = 0,   ///< scrolls, in 120 steps a detent where the system can
   TORSIO_DIAL_USE_PAN = 1,     ///< scrolls sideways, as finely
@@ -106,7 +106,7 @@ typedef enum torsio_state {
 } torsio_state;
 TORSIO_API const char* torsio_state_name(int32_t value);
 
-/// Who has the actuator: nobody unless it is armed.
+/// Owner of the actuator: none unless it is armed.
 typedef enum torsio_owner {
   TORSIO_OWNER_NONE = 0,
   TORSIO_OWNER_SDK = 1,
@@ -115,7 +115,7 @@ typedef enum torsio_owner {
 } torsio_owner;
 TORSIO_API const char* torsio_owner_name(int32_t value);
 
-/// What a game's effect is.
+/// Kind of a game's effect.
 typedef enum torsio_game_effect_kind {
   TORSIO_GAME_EFFECT_KIND_NONE = 0,
   TORSIO_GAME_EFFECT_KIND_CONSTANT = 1,
@@ -177,7 +177,7 @@ typedef enum torsio_encoder_rounding {
 } torsio_encoder_rounding;
 TORSIO_API const char* torsio_encoder_rounding_name(int32_t value);
 
-/// What a current sensor shows.
+/// State of a current sensor.
 typedef enum torsio_current_sensor_state {
   TORSIO_CURRENT_SENSOR_STATE_WORKS = 0,
   TORSIO_CURRENT_SENSOR_STATE_DEAD = 1,
@@ -401,7 +401,7 @@ TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
 /// it took, within one count.
 typedef struct torsio_impact {
   uint32_t struct_size;  ///< bytes of a torsio_impact
-  /// the surface, as a rule that of a wall
+  /// the surface, usually a wall's
   double angle_rad;
   /// a torsio_side: on which side of the surface it is solid; at first above
   int32_t side;
@@ -473,8 +473,8 @@ typedef struct torsio_excitation {
 } torsio_excitation;
 TORSIO_API torsio_result torsio_excitation_init(torsio_excitation* structure);
 
-/// The actuator as built. The defaults are those of the reference actuator. Set only while
-/// disarmed; another encoder empties the scene.
+/// The actuator as built. The defaults are the reference actuator. Set only while disarmed; another
+/// encoder empties the scene.
 typedef struct torsio_actuator_config {
   uint32_t struct_size;  ///< bytes of a torsio_actuator_config
   /// what the motor can give; 0 to 100; at first 0.085
@@ -545,9 +545,9 @@ typedef struct torsio_control_config {
 } torsio_control_config;
 TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* structure);
 
-/// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
-/// pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
-/// start. The emulated device uses it where it has Electrics.
+/// The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin is the
+/// number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The
+/// emulated device uses it where it has Electrics.
 typedef struct torsio_board_config {
   uint32_t struct_size;  ///< bytes of a torsio_board_config
   /// of both H-bridges; 3 to 60; at first 12
@@ -611,8 +611,8 @@ typedef struct torsio_board_config {
 } torsio_board_config;
 TORSIO_API torsio_result torsio_board_config_init(torsio_board_config* structure);
 
-/// What games may do over the game interface, and how their numbers become torques; docs/games.md.
-/// Set only while disarmed.
+/// Permissions of games on the game interface, and the scale of their torques; docs/games.md. Set
+/// only while disarmed.
 typedef struct torsio_game_config {
   uint32_t struct_size;  ///< bytes of a torsio_game_config
   /// false: games see the axis but move nothing; at first true
@@ -907,8 +907,8 @@ typedef struct torsio_plant_params {
   /// standard deviation; 0 leaves the noise out; >= 0
   double encoder_noise_counts;
   /// part: spring and brake. Without it knob and brake are one rigid body and the brake never
-  /// engages, for what needs none, such as the law motor_only; it saves about a third of the
-  /// plant's time. The parts below, but for cogging, need it; at first true
+  /// engages. This suits the law motor_only and saves about a third of the plant's time. The parts
+  /// below, but for cogging, need it; at first true
   bool spring_and_brake;
   /// part: the spring has knees; NULL: without
   const torsio_shaft_hardening* shaft_hardening;
@@ -937,7 +937,7 @@ typedef struct torsio_link_faults {
 } torsio_link_faults;
 TORSIO_API torsio_result torsio_link_faults_init(torsio_link_faults* structure);
 
-/// What an emulated knob is like, who holds it, and what is recorded of it.
+/// Options of an emulated knob: parts, hand and records.
 typedef struct torsio_emulator_options {
   uint32_t struct_size;  ///< bytes of a torsio_emulator_options
   /// of everything random: encoder noise, damaged reports
@@ -959,9 +959,8 @@ typedef struct torsio_emulator_options {
   const torsio_game_config* game;
   /// the same; NULL: without
   const torsio_shaft_config* shaft;
-  /// true: time is the wall clock's, as with hardware; false: it is virtual and passes only inside
-  /// calls that wait, as fast as it can be computed, and the same calls with the same seed give the
-  /// same bytes
+  /// true: real time, as with hardware; false: virtual time, which passes only inside calls that
+  /// wait, as fast as the computer can. The same calls with the same seed give the same bytes
   bool paced;
   /// record what no sensor sees, once a tick
   bool log_truth;
@@ -984,7 +983,7 @@ typedef struct torsio_listed_device {
   char problem[TORSIO_TEXT_BYTES];
 } torsio_listed_device;
 
-/// Who the device is and what it can do.
+/// Identity and abilities of the device.
 typedef struct torsio_device_info {
   uint32_t struct_size;  ///< bytes of a torsio_device_info
   /// what open() takes
@@ -1062,8 +1061,8 @@ typedef struct torsio_health {
 } torsio_health;
 TORSIO_API torsio_result torsio_health_init(torsio_health* structure);
 
-/// What the law `calibrated` has counted since it was chosen. What the motor gave is felt, stored
-/// or taken by the brake.
+/// Energies that the law `calibrated` has counted since it was chosen. The hand feels the motor's
+/// energy, the shaft stores it, or the brake takes it.
 typedef struct torsio_energies {
   uint32_t struct_size;  ///< bytes of a torsio_energies
   /// of this moment: control periods since power-up
@@ -1085,8 +1084,8 @@ typedef struct torsio_energies {
 } torsio_energies;
 TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
 
-/// What the motor's current sensor has shown and its bridge was told since the board started: of
-/// two readings the difference tells what was between them.
+/// Sums of the motor's current readings and of its bridge's shares since the board started. The
+/// difference of two readings covers everything in between.
 typedef struct torsio_motor_current {
   uint32_t struct_size;  ///< bytes of a torsio_motor_current
   /// there is a current sensor; else all of this is nothing
@@ -1131,8 +1130,8 @@ typedef struct torsio_limits {
   double brake_torque_max_nm;
   /// more is a fault; 0: no limit
   double speed_limit_rad_s;
-  /// nobody has confirmed the parts of this real board, or their values are assumed, so it gives
-  /// little; `confirmed` and a calibration end it
+  /// the board gives little, because nobody has confirmed its parts, or because their values are
+  /// assumed; `confirmed` and a calibration end it
   bool held_low;
 } torsio_limits;
 TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);
@@ -1147,7 +1146,7 @@ typedef struct torsio_stable_stiffness {
 } torsio_stable_stiffness;
 TORSIO_API torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure);
 
-/// What games do with the device.
+/// Effects of games on the device.
 typedef struct torsio_game_status {
   uint32_t struct_size;  ///< bytes of a torsio_game_status
   /// of this moment: the device's tick times the control period
@@ -1239,7 +1238,7 @@ typedef struct torsio_disarm {
 } torsio_disarm;
 TORSIO_API torsio_result torsio_disarm_init(torsio_disarm* structure);
 
-/// What no sensor of an emulated knob sees of its electrics, now.
+/// True electric values of an emulated knob, now.
 typedef struct torsio_electrics_state {
   uint32_t struct_size;  ///< bytes of a torsio_electrics_state
   /// positive turns the knob to larger angles
@@ -1281,7 +1280,7 @@ typedef struct torsio_telemetry_sample {
   uint8_t flags;
 } torsio_telemetry_sample;
 
-/// What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.
+/// True values of an emulated knob at the start of a control tick. Torques on the knob.
 typedef struct torsio_truth_sample {
   /// device time
   double time_s;

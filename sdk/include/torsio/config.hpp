@@ -26,21 +26,21 @@ enum class Basis : std::uint8_t {
   measured,  ///< on a calibration
 };
 
-/// What the interface beside the SDK's is to the computer.
+/// The second interface, as the computer sees it.
 enum class Personality : std::uint8_t {
   game_controller,  ///< a joystick's axis with force feedback
   dial,             ///< a wheel of the desktop, with detents
 };
 
-/// What a dial does: clockwise, to larger angles, is down, right or louder.
+/// Effect of a dial: clockwise, to larger angles, is down, right or louder.
 enum class DialUse : std::uint8_t {
   wheel,   ///< scrolls, in 120 steps a detent where the system can
   pan,     ///< scrolls sideways, as finely
   volume,  ///< a key press for each detent
 };
 
-/// The actuator as built. The defaults are those of the reference actuator. Set only while
-/// disarmed; another encoder empties the scene.
+/// The actuator as built. The defaults are the reference actuator. Set only while disarmed; another
+/// encoder empties the scene.
 struct ActuatorConfig {
   double motor_torque_max_nm = 0.085;   ///< what the motor can give; 0 to 100
   double brake_torque_max_nm = 0.11;    ///< what the brake can hold; 0 to 100
@@ -83,9 +83,9 @@ struct ControlConfig {
   double free_assist_nm = 0.0;
 };
 
-/// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
-/// pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
-/// start. The emulated device uses it where it has Electrics.
+/// The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin is the
+/// number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The
+/// emulated device uses it where it has Electrics.
 struct BoardConfig {
   double supply_v = 12.0;                        ///< of both H-bridges; 3 to 60
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100
@@ -131,8 +131,8 @@ struct BoardConfig {
   int light_pin = 25;  ///< GPIO of the status light; 0 to 29
 };
 
-/// What games may do over the game interface, and how their numbers become torques; docs/games.md.
-/// Set only while disarmed.
+/// Permissions of games on the game interface, and the scale of their torques; docs/games.md. Set
+/// only while disarmed.
 struct GameConfig {
   bool enabled = true;  ///< false: games see the axis but move nothing
   /// from one end of the game's axis to the other, round angle 0; 10 to 36000

@@ -14,7 +14,7 @@
 
 namespace torsio {
 
-/// What an emulated knob is like, who holds it, and what is recorded of it.
+/// Options of an emulated knob: parts, hand and records.
 struct EmulatorOptions {
   std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
   double control_rate_hz = 1000.0;  ///< ticks in a second; 1000 to 2e4
@@ -27,9 +27,8 @@ struct EmulatorOptions {
   std::optional<BoardConfig> board{};      ///< the same; a plant with electrics has use for it
   std::optional<GameConfig> game{};        ///< the same
   std::optional<ShaftConfig> shaft{};      ///< the same
-  /// true: time is the wall clock's, as with hardware; false: it is virtual and passes only inside
-  /// calls that wait, as fast as it can be computed, and the same calls with the same seed give the
-  /// same bytes
+  /// true: real time, as with hardware; false: virtual time, which passes only inside calls that
+  /// wait, as fast as the computer can. The same calls with the same seed give the same bytes
   bool paced = false;
   bool log_truth = false;  ///< record what no sensor sees, once a tick
   /// record what enters the device, from power-up on, so that it can run again

@@ -270,7 +270,7 @@ struct Fields<Impact> {
   static constexpr decltype(auto) apply(Visit&& visit) {
     return visit(
         field("angle_rad", &Impact::angle_rad, "rad", -kNoLimit, kNoLimit,
-              "the surface, as a rule that of a wall"),
+              "the surface, usually a wall's"),
         field("side", &Impact::side, "", -kNoLimit, kNoLimit,
               "on which side of the surface it is solid"),
         field("strength_nm_s_per_rad", &Impact::strength_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
@@ -769,8 +769,8 @@ struct Fields<Limits> {
                  field("speed_limit_rad_s", &Limits::speed_limit_rad_s, "", -kNoLimit, kNoLimit,
                        "more is a fault; 0: no limit"),
                  field("held_low", &Limits::held_low, "", -kNoLimit, kNoLimit,
-                       "nobody has confirmed the parts of this real board, or their values are "
-                       "assumed, so it gives little; `confirmed` and a calibration end it"));
+                       "the board gives little, because nobody has confirmed its parts, or because "
+                       "their values are assumed; `confirmed` and a calibration end it"));
   }
 };
 template <>
@@ -901,9 +901,9 @@ struct Fields<EmulatorOptions> {
         field("game", &EmulatorOptions::game, "", -kNoLimit, kNoLimit, "the same"),
         field("shaft", &EmulatorOptions::shaft, "", -kNoLimit, kNoLimit, "the same"),
         field("paced", &EmulatorOptions::paced, "", -kNoLimit, kNoLimit,
-              "on: time is the wall clock's, as with hardware; off: it is virtual and passes only "
-              "inside calls that wait, as fast as it can be computed, and the same calls with the "
-              "same seed give the same bytes"),
+              "on: real time, as with hardware; off: virtual time, which passes only inside calls "
+              "that wait, as fast as the computer can. The same calls with the same seed give the "
+              "same bytes"),
         field("log_truth", &EmulatorOptions::log_truth, "", -kNoLimit, kNoLimit,
               "record what no sensor sees, once a tick"),
         field("log_inputs", &EmulatorOptions::log_inputs, "", -kNoLimit, kNoLimit,

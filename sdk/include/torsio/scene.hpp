@@ -30,7 +30,7 @@ enum class DetentProfile : std::uint8_t { sine, linear, click };
 /// Shape of a texture's grains; noise draws a value for each and joins them smoothly.
 enum class Grain : std::uint8_t { sine, square, triangle, noise };
 
-/// What a curve does outside its span.
+/// A curve's torque outside its span.
 enum class Ends : std::uint8_t { hold, repeat };
 
 /// When an effect plays, and how its strength comes and goes.
@@ -155,7 +155,7 @@ struct Curve {
 /// decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than
 /// it took, within one count.
 struct Impact {
-  double angle_rad = 0.0;   ///< the surface, as a rule that of a wall
+  double angle_rad = 0.0;   ///< the surface, usually a wall's
   Side side = Side::above;  ///< on which side of the surface it is solid
   /// the sine's torque at first, per speed of impact; 0 to 1000
   double strength_nm_s_per_rad = 0.0;
@@ -170,9 +170,8 @@ struct Impact {
 using Effect = std::variant<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
                             Detents, EndStops, Texture, Curve, Impact>;
 
-/// Up to 16 effects; their torques add up. The place in the list is the effect's identity: an
-/// effect that stands at the same place with the same values in the next scene goes on playing, any
-/// other starts anew.
+/// Up to 16 effects; their torques add up. An effect with the same place and the same values in the
+/// next scene goes on playing. Any other starts anew.
 using Scene = std::vector<Effect>;
 
 /// A torque, a spring and a damper that the device renders at its own rate, on top of the scene,

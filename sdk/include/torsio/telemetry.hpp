@@ -1,5 +1,5 @@
 /// @file
-/// What the device reports about itself.
+/// The device's reports about itself.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
 /// instead.
@@ -19,10 +19,10 @@ enum class State : std::uint8_t {
   disconnected,  ///< the device is unplugged, or does not answer any more
 };
 
-/// Who has the actuator: nobody unless it is armed.
+/// Owner of the actuator: none unless it is armed.
 enum class Owner : std::uint8_t { none, sdk, game, dial };
 
-/// What a game's effect is.
+/// Kind of a game's effect.
 enum class GameEffectKind : std::uint8_t {
   none,
   constant,
@@ -110,7 +110,7 @@ struct ListedDevice {
   friend bool operator==(const ListedDevice&, const ListedDevice&) = default;
 };
 
-/// Who the device is and what it can do.
+/// Identity and abilities of the device.
 struct DeviceInfo {
   std::string path{};              ///< what open() takes
   std::string serial{};            ///< serial number
@@ -152,8 +152,8 @@ struct Health {
   ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
 };
 
-/// What the law `calibrated` has counted since it was chosen. What the motor gave is felt, stored
-/// or taken by the brake.
+/// Energies that the law `calibrated` has counted since it was chosen. The hand feels the motor's
+/// energy, the shaft stores it, or the brake takes it.
 struct Energies {
   std::uint64_t tick = 0;  ///< of this moment: control periods since power-up
   double time_s = 0.0;     ///< tick times the control period
@@ -168,8 +168,8 @@ struct Energies {
   friend bool operator==(const Energies&, const Energies&) = default;
 };
 
-/// What the motor's current sensor has shown and its bridge was told since the board started: of
-/// two readings the difference tells what was between them.
+/// Sums of the motor's current readings and of its bridge's shares since the board started. The
+/// difference of two readings covers everything in between.
 struct MotorCurrent {
   bool measured = false;       ///< there is a current sensor; else all of this is nothing
   double time_s = 0.0;         ///< periods of the current loop since the board started
@@ -196,8 +196,8 @@ struct Limits {
   double motor_torque_continuous_max_nm = 0.0;  ///< the same for ever, as its winding stands it
   double brake_torque_max_nm = 0.0;             ///< of the brake
   double speed_limit_rad_s = 0.0;               ///< more is a fault; 0: no limit
-  /// nobody has confirmed the parts of this real board, or their values are assumed, so it gives
-  /// little; `confirmed` and a calibration end it
+  /// the board gives little, because nobody has confirmed its parts, or because their values are
+  /// assumed; `confirmed` and a calibration end it
   bool held_low = false;
 };
 
@@ -210,7 +210,7 @@ struct StableStiffness {
   friend bool operator==(const StableStiffness&, const StableStiffness&) = default;
 };
 
-/// What games do with the device.
+/// Effects of games on the device.
 struct GameStatus {
   double time_s = 0.0;        ///< of this moment: the device's tick times the control period
   Owner owner = Owner::none;  ///< who has the actuator
