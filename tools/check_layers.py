@@ -66,29 +66,29 @@ RULES = (
     ),
     Rule(
         "firmware/device/dial",
-        "a guest: the knob as a wheel of the desktop, its units, reports and detents",
+        "the dial: the knob as a wheel of the desktop, its units, reports and detents",
         ("core", "protocol", "device"),
         never="device/game",
         std=DEVICE_STD,
     ),
     Rule(
         "firmware/device/game",
-        "the other guest, of which only one is there at a time: the reports of a HID PID device, "
-        "its pool of effects, their forces",
+        "games: the reports of a HID PID device, its pool of effects, their forces. A knob is a dial "
+        "or a game controller, never both",
         ("core", "protocol", "device"),
         never="device/dial",
         std=DEVICE_STD,
     ),
     Rule(
         "firmware/device",
-        "what the device *is*: reports in, states and faults, scene commit, configuration store, "
-        "telemetry; and its power stage's logic",
+        "the device: reports, states and faults, scene commit, configuration store, telemetry, logic "
+        "of the power stage",
         ("core", "protocol", "device"),
         std=DEVICE_STD,
     ),
     Rule(
         "firmware/usb",
-        "the device on TinyUSB's device stack, whatever it runs on",
+        "the device on TinyUSB's device stack, for boards and the virtual knob",
         ("core", "protocol", "device", "usb"),
         std=DEVICE_STD,
         third_party=r"tusb\.h|device/(dcd|usbd_pvt)\.h",
@@ -96,27 +96,27 @@ RULES = (
     ),
     Rule(
         "firmware/boards/board.hpp",
-        "what a board says of itself, which is for the host too",
+        "what a board says of itself; the host uses it too",
         ("device",),
         std=DEVICE_STD,
     ),
     Rule(
         "firmware/boards/rp2/pins.hpp",
-        "what its chip's pins can do; likewise",
+        "what the chip's pins can do; the host uses it too",
         ("protocol", "device"),
         std=DEVICE_STD,
     ),
     Rule(
         "firmware/boards",
-        "a folder for each board, with `board.cmake` and a header with number, control period and "
-        "pins; pins, timers and power stages of the chips RP2040 and RP2350 in `rp2/`",
+        "a folder for each board: `board.cmake`, and a header with number, control period and pins. "
+        "`rp2/` has pins, timers and power stages of the RP2040 and RP2350",
         ("core", "protocol", "device", "usb", "boards"),
         third_party=r"(hardware|pico)/.*\.h",
         others="Raspberry Pi's SDK",
     ),
     Rule(
         "emulator/usbip/bus.cpp",
-        "the only file of the virtual knob that knows TinyUSB: its device controller",
+        "the virtual knob's device controller, its only file that knows TinyUSB",
         (*FIRMWARE, "usb"),
         third_party=r"tusb\.h|device/dcd\.h",
         others="TinyUSB",
@@ -129,25 +129,24 @@ RULES = (
     ),
     Rule(
         "emulator/plant",
-        "the physics, which know nothing of what they move: model, hands, and the one exact method "
-        "in `exact/`",
+        "the physics: model, hands, and the exact method in `exact/`; they know nothing of the device",
         ("emulator/plant", "torsio/plant.hpp", "torsio/plant_fields.hpp"),
     ),
     Rule(
         "emulator/include",
-        "what of the plant users see, printed from `definition/`; `field.hpp` by hand, which also "
-        "the library's `fields.hpp` stands on",
+        "headers of the plant for users, printed from `definition/`; `field.hpp` is written by hand, "
+        "and the library uses it too",
         ("torsio",),
     ),
     Rule(
         "emulator/emulated_device.cpp",
-        "has the wiring of the board that it stands in for",
+        "the emulated device, with the wiring of the board that it stands in for",
         (*FIRMWARE, "boards", "torsio/plant.hpp"),
     ),
     Rule(
         "emulator",
-        "the same device against simulated physics under a virtual clock; in `closed_loop.*` and "
-        "`batch.*` controller and plant without protocol and cable, one loop or thousands",
+        "the same device against simulated physics under a virtual clock. `closed_loop.*` and "
+        "`batch.*` have controller and plant without protocol, one loop or thousands",
         (*FIRMWARE, "torsio/plant.hpp", "torsio/plant_fields.hpp", "torsio/field.hpp"),
         never="emulator/usbip",
         posix=True,
@@ -163,12 +162,12 @@ RULES = (
     ),
     Rule(
         "sdk/conversion/stability.cpp",
-        "how stiff a wall can be, as the device has it",
+        "how stiff a wall can be, computed as on the device",
         (*FIRMWARE[:3], "conversion"),
     ),
     Rule(
         "sdk/conversion/swings.cpp",
-        "whether the knob may swing for ever, as the device evaluates what plays",
+        "whether the knob may swing for ever, computed as on the device",
         (*FIRMWARE[:3], "conversion"),
     ),
     Rule(
@@ -178,30 +177,29 @@ RULES = (
     ),
     Rule(
         "sdk/conversion/heat.hpp",
-        "what a motor stands for ever, as the device has it",
+        "the continuous current of a motor, computed as on the device",
         ("protocol", "core/heat_model.hpp"),
     ),
     Rule(
         "sdk/conversion",
-        "the user's units to the wire's and back, for all structures at once, which bindings have "
-        "too; rules across fields",
+        "the user's units to the wire's and back, for library and bindings; rules across fields",
         ("protocol", "device/wiring.hpp", "conversion", "torsio"),
     ),
     Rule(
         "sdk/src/limits.cpp",
-        "what a device gives at most, as the device has it",
+        "the most that a device gives, computed as on the device",
         ("protocol", "device/actuator_limits.hpp", "conversion", "torsio"),
     ),
     Rule(
         "sdk/src/process.cpp",
-        "what a forked child must know",
+        "tells a forked child that the knob is not its own",
         ("sdk", "torsio"),
         third_party=r"pthread\.h",
         others="`pthread.h`",
     ),
     Rule(
         "sdk/src/known_boards.cpp",
-        "the boards, and why one refuses a wiring",
+        "the boards, and why a board refuses a wiring",
         ("protocol", "device", "boards"),
     ),
     Rule("sdk/src/known_boards.hpp", "likewise", ("protocol", "device")),
@@ -215,7 +213,7 @@ RULES = (
     ),
     Rule(
         "sdk/src/device_lock_windows.cpp",
-        "the lock of a device on another system",
+        "the lock of a device on Windows",
         ("torsio",),
         third_party=r"windows\.h",
         others="Windows",
@@ -228,14 +226,14 @@ RULES = (
     ),
     Rule(
         "sdk/c/include",
-        "what users of C see, who see C alone",
+        "headers for users of C, in C alone",
         ("torsio_base.h", "torsio_types.h"),
         third_party=r"std(bool|def|int)\.h",
         others="C's own headers",
     ),
     Rule(
         "sdk/c/src",
-        "the same library in C, over what C++ users see",
+        "the library in C, on top of the C++ headers",
         ("torsio", "torsio.h", "torsio_types.h"),
     ),
     Rule(
@@ -254,7 +252,7 @@ RULES = (
     ),
     Rule(
         "bindings/src",
-        "the Python extension: the library, and the parts of firmware and emulator one by one",
+        "the Python extension: the library, and parts of firmware and emulator",
         (*FIRMWARE, "conversion", "torsio"),
         posix=True,
         third_party=r"pybind11/.*|Python\.h",
@@ -282,7 +280,7 @@ RULES = (
     Rule("examples/game/lock.hpp", "likewise", ("game",)),
     Rule(
         "examples/game",
-        "a game, which knows nothing of Torsio",
+        "a game that knows nothing of Torsio",
         ("game",),
         third_party=r"SDL\.h",
         others="SDL",
