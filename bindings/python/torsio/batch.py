@@ -36,7 +36,7 @@ __all__ = ["ACTION_DTYPE", "LOOP_DTYPE", "MOST_AT_ONCE", "Actions", "Knobs", "Lo
 Actions: TypeAlias = Literal["none", "hand", "commands", "hand and commands"]
 
 ACTION_DTYPE = _torsio.emulator.ACTION_DTYPE
-"""What acts on a loop from outside: ``hand_torque_nm`` on the knob, and ``motor_command_nm`` and
+"""Inputs of a loop: ``hand_torque_nm`` on the knob, and ``motor_command_nm`` and
 ``brake_command_nm`` in place of the law's.
 """
 
@@ -118,16 +118,16 @@ class Knobs:
 
     @property
     def states(self) -> Record:
-        """What is true, sensed and decided now: LOOP_DTYPE, shape (n,).
+        """True, sensed and decided values now: LOOP_DTYPE, shape (n,).
 
-        The memory of the knobs itself, changed by every step and not to be written; the row of a
-        knob is the one that `ClosedLoop.run` would give of this moment.
+        This is the knobs' own memory. Every step changes it; do not write it. A knob's row equals
+        the one that `ClosedLoop.run` would give of this moment.
         """
         return self._states
 
     @property
     def actions(self) -> Record:
-        """What acts from the next step on: ACTION_DTYPE, shape (n,), to be written.
+        """Inputs that act from the next step on: ACTION_DTYPE, shape (n,), to be written.
 
         The memory of the knobs itself. As numbers, ``knobs.actions.view(float).reshape(-1, 3)``.
         """
@@ -165,7 +165,7 @@ class Knobs:
     def reset(
         self, which: npt.ArrayLike | None = None, *, seeds: int | npt.ArrayLike | None = None
     ) -> None:
-        """Begin anew: all, those of which a mask is true, or those of a list of indices.
+        """Begin anew: all knobs, the knobs where a mask is true, or a list of indices.
 
         Parameters
         ----------

@@ -82,11 +82,11 @@ def collect(
     Parameters
     ----------
     selector
-        As for `torsio.open`; empty is all knobs that are plugged in, of which none is recorded.
+        As for `torsio.open`; empty means all knobs that are plugged in; none is recorded then.
     file
-        To be made or overwritten; its name ends in ``.zip``.
+        The file to make or overwrite; its name ends in ``.zip``.
     recording
-        One that was made when it happened; None records now, if a knob can be opened.
+        Your recording of the fault. None records now, if a knob can be opened.
     duration_s
         How long.
 

@@ -1,4 +1,4 @@
-"""What every call asks of its arguments: one sentence that names the one that is wrong."""
+"""Checks of arguments: one sentence names the wrong one."""
 
 from __future__ import annotations
 

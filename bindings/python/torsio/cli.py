@@ -126,8 +126,8 @@ def doctor_command(
 ) -> None:
     """Check the knobs, and say what to do about what is wrong.
 
-    The exit status is 0 only if all is well. It takes three seconds a knob and leaves it as it is;
-    with --quick ten more, in which the knob turns by itself: take your hand off.
+    The exit status is 0 only if all is well. It takes three seconds a knob and changes nothing.
+    With --quick it takes ten more, and the knob turns by itself: take your hand off.
     """
     if quick and not device:
         raise typer.BadParameter("it turns a knob: name it with --device", param_hint="--quick")

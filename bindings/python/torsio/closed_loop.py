@@ -1,8 +1,8 @@
 """The device's controller in closed loop with the plant, for studies of many runs.
 
-The same control code as in the device, against the same plant, encoder and hand as in the emulated
-one, without what lies between them: protocol, USB frames, arming, watchdog. One run of two seconds
-takes about a millisecond.
+The device's control code runs against the plant, encoder and hand of the emulated device. There is
+no protocol, no USB frame, no arming and no watchdog. One run of two seconds takes about a
+millisecond.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ __all__ = [
 _MOST_ROWS: Final = 50_000_000
 
 REPLAY_DTYPE = _torsio.emulator.REPLAY_DTYPE
-"""What the controller decides from a count: ``position_counts``, ``speed_rad_s``,
+"""The controller's decisions from a count: ``position_counts``, ``speed_rad_s``,
 ``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``spring_torque_nm``
 (sensed), ``numeric_error``.
 """
@@ -62,15 +62,15 @@ class LoopOptions:
     scene
         One effect or several, which play from the first tick on; None is free space.
     actuator, shaft
-        What the device takes its actuator and its shaft for; None is what `plant` truly is.
+        The device's beliefs about actuator and shaft; None means as `plant` truly is.
     board
-        What the board of a plant with electrics takes them for; None is what they truly are.
+        The board's beliefs about a plant's electrics; None means as they truly are.
     control_period_ns
         1,000 to 1e9.
     delay_ticks
         The commands act so many control periods late.
     first_tick
-        What the controller's own count of ticks begins with; the effects began when it was 0.
+        Start of the controller's own count of ticks; the effects began at 0.
     seed
         Of the noise of the encoder and of the current sensor.
     step_ns, stepper
@@ -159,7 +159,7 @@ def simulate_many(
     threads: int | None = None,
     on_progress: Callable[[int], None] | None = None,
 ) -> list[Record]:
-    """Run many closed loops, several at a time; the results are those of `simulate`.
+    """Run many closed loops, several at a time, with the same results as `simulate`.
 
     Parameters
     ----------

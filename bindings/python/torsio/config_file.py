@@ -24,7 +24,7 @@ def dump_config(knob: Knob) -> str:
 def load_config(knob: Knob, text: str) -> None:
     """Set what such a text has, and save it.
 
-    What it does not name stays; if the knob does not take all of it, everything stays.
+    Fields that it does not name stay. If the knob refuses a part, everything stays.
 
     Raises
     ------

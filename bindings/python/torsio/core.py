@@ -1,9 +1,9 @@
 """The device's control mathematics on their own, for study: the very code of the firmware.
 
-Every function works on an explicit state, once per control tick; given arrays in place of numbers,
-it goes through them tick by tick and gives an array. All arithmetic is in 32-bit floats, as on the
-device. What is not given is the reference actuator's, or the emulated device's. A `Scene` is given
-as the reports that carry its effects, made with `torsio.protocol.encode`.
+Every function works on an explicit state, once per control tick. Given arrays it goes through them
+tick by tick and returns an array. All arithmetic is in 32-bit floats, as on the device. Defaults
+are the reference actuator's, or the emulated device's. A `Scene` is given as the reports that carry
+its effects, made with `torsio.protocol.encode`.
 """
 
 from __future__ import annotations

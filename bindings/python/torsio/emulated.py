@@ -1,4 +1,4 @@
-"""Which knobs are emulated: what a selector means, and what the firmware runs on."""
+"""Emulated knobs: the meaning of a selector, and the firmware's host."""
 
 from __future__ import annotations
 

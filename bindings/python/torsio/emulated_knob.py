@@ -62,7 +62,7 @@ class Emulator:
 
     @property
     def electrics(self) -> ElectricsState:
-        """What no sensor sees of the electrics, now.
+        """True electric values, now.
 
         Raises
         ------

@@ -135,7 +135,7 @@ class Circuit(_torsio.emulator.Circuit):
         Parameters
         ----------
         duration_ns
-            Short beside the time constants of winding and supply: a PWM period.
+            A PWM period; it must be short beside the time constants of winding and supply.
         motor_share, brake_share
             Of the supply's voltage on winding and coil, -1 to 1.
         enabled
@@ -150,7 +150,7 @@ class Circuit(_torsio.emulator.Circuit):
 
     @property
     def electrics(self) -> ElectricsState:
-        """What no sensor sees of it, now."""
+        """True values that no sensor sees, now."""
         return ElectricsState(**super().state)
 
     def set_supply(self, supply_v: float) -> None:

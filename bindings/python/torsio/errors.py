@@ -1,4 +1,4 @@
-"""What the library raises. Every message says what was wrong and what to do about it.
+"""Exceptions of the library. Every message says what was wrong and what to do about it.
 
 Each class also derives from the fitting class of Python's own, so that code which knows nothing of
 torsio can handle it.
@@ -29,8 +29,8 @@ __all__ = [
 class Error(Exception):
     """Base of everything that the library raises on purpose.
 
-    Whatever ends `Knob.record` early, KeyboardInterrupt as well, has the samples that came until
-    then as its attribute `samples`, a record.
+    An exception that ends `Knob.record` early, KeyboardInterrupt as well, has the samples that came
+    until then as its attribute `samples`, a record.
     """
 
     # Without this OSError's own text ("[Errno ...]") could come first in the classes below.
@@ -60,18 +60,18 @@ class ProtocolMismatch(Error, ConnectionError):
 
 
 class Refused(Error, RuntimeError):
-    """The device said no. What plays goes on.
+    """The device said no. The old scene goes on.
 
     Attributes
     ----------
     status : str
-        Why, in one word: "not_armed", "out_of_range" ...
+        The reason in one word: "not_armed", "out_of_range" ...
     report : str
         Name of the refused report: "wall", "command" ...
     field : str
         Name of the offending field; empty if no field in particular.
     reason : str
-        If the device had to be armed and is not any more, why: "watchdog", "fault" ...; else empty.
+        Why the device is no longer armed, if it had to be: "watchdog", "fault" ...; else empty.
     """
 
     def __init__(

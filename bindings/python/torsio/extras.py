@@ -15,7 +15,7 @@ from torsio.errors import Error
 
 __all__ = ["how_to_install", "installed", "lacking", "need_matplotlib", "source_folder"]
 
-# What the system's own shell takes as one word.
+# Quotes for one word of the system's own shell.
 _QUOTE = '"' if sys.platform == "win32" else "'"
 
 

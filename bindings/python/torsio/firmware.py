@@ -50,7 +50,7 @@ class FirmwareFile:
 
 @dataclass(frozen=True)
 class ExaminedKnob:
-    """What an update asks a knob before and after."""
+    """A knob's answers before and after an update."""
 
     info: DeviceInfo
     owner: Literal["none", "sdk", "game", "dial"]
@@ -76,7 +76,7 @@ class FirmwareHost(Protocol):
 
 @dataclass(frozen=True)
 class FirmwarePlan:
-    """What an update would do: made by `prepare_update`, done by `carry_out`."""
+    """Plan of an update: made by `prepare_update`, done by `carry_out`."""
 
     file: FirmwareFile
     device: ListedDevice | None
@@ -99,7 +99,7 @@ class FirmwarePlan:
 
 @dataclass(frozen=True)
 class FirmwareUpdate:
-    """What an update has done."""
+    """Result of an update."""
 
     file: FirmwareFile
     before: DeviceInfo | None
@@ -163,11 +163,10 @@ def prepare_update(
     path
         The file, `torsio-BOARD.uf2`.
     selector
-        Path or serial number; empty for the only knob, or for a board that waits in its boot
-        loader already, as one does that was plugged in with its button held.
+        Path or serial number. Empty means the only knob, or a board that waits in its boot loader,
+        as after plugging in with its button held.
     drive
-        Folder in which the boot loader's drive will be, where it cannot be found: anywhere but on
-        Linux.
+        Folder of the boot loader's drive. Needed except on Linux, where it is found.
     timeout_s
         Longest wait for the drive, and again for the knob.
     say
@@ -178,8 +177,8 @@ def prepare_update(
     Raises
     ------
     InvalidArgument
-        The file is not whole, not firmware, for another board, or of another release than this
-        library, which could not talk to the knob any more.
+        The file is not whole, not firmware, or for another board; or its release cannot talk to
+        this library.
     DeviceBusy
         Another program or a game has the knob.
     DeviceNotFound, PermissionDenied, Error
@@ -228,9 +227,8 @@ def update_firmware(
 ) -> FirmwareUpdate:
     """Put new firmware on a knob, without asking: `prepare_update` and `carry_out`.
 
-    The configuration that was saved stays, unless the firmware before was of another release with
-    other reports: then the board has its defaults, and is held low until its parts are confirmed
-    and their values known.
+    The saved configuration stays, unless the old firmware had other reports. Then the board has its
+    defaults, and gives little until its parts are confirmed and their values known.
     """
     return carry_out(
         prepare_update(path, selector, drive=drive, timeout_s=timeout_s, say=say, host=host)

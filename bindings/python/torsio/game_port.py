@@ -27,7 +27,7 @@ class GamePort:
         self._knob = knob
 
     def write(self, report: bytes) -> None:
-        """Send an output report. What does not fit is ignored, as on the bus."""
+        """Send an output report. A report that does not fit is ignored, as on the bus."""
         self._knob.game_write(_report(report))
 
     def read(self) -> bytes | None:

@@ -1,4 +1,4 @@
-"""What games do with a knob, as it goes on: the effects of a moment, and how often they change."""
+"""Effects of games on a knob: at one moment, and how often they change."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _COUNTS = 1 << 32  # the device's counters wrap
 
 @dataclass(frozen=True)
 class GameReading:
-    """What games do at one moment.
+    """Effects of games at one moment.
 
     Attributes
     ----------
     status
-        Who has the actuator, and what is common to all effects.
+        Owner of the actuator, and values common to all effects.
     effects
         In the order of their blocks.
     updates_per_s

@@ -60,12 +60,12 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
     Parameters
     ----------
     task
-        The environment has a copy of its own, which draws its knobs.
+        The environment keeps a copy, which draws its knobs.
     threads
         As in `torsio.batch.Knobs`.
     redraw
-        Draw other knobs when a new episode begins, which takes as long as some hundred steps,
-        instead of only in `reset`.
+        Draw other knobs for each new episode, as slow as some hundred steps, and not only in
+        `reset`.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
@@ -97,8 +97,8 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         Parameters
         ----------
         seed
-            One number for all, for the knobs are drawn together. Of a list, which has one for each
-            environment, the first counts.
+            One number for all, for the knobs are drawn together. A list has one for each
+            environment; the first counts.
         options
             ``reset_mask``, of shape (num_envs,): those that begin anew, on the knobs that they had.
 

@@ -23,8 +23,7 @@ class DeviceEvent:
     Attributes
     ----------
     device
-        As `list_devices` has it, but without `board`: a watch does not open the device, so that it
-        never gets into the way of whoever opens it.
+        As `list_devices` has it, but without `board`: a watch never opens the device, so you can.
     """
 
     kind: Literal["arrived", "departed"]
@@ -95,7 +94,7 @@ class DeviceWatch:
         try:
             while (event := self._next(_LONGEST_S)) is not None and not self._watch.is_stopped:
                 self._callback(event)
-        except BaseException as error:  # whatever it is, it belongs to whoever calls stop()
+        except BaseException as error:  # any exception belongs to the caller of stop()
             self._failure = error
             self._watch.stop()
 
@@ -138,7 +137,7 @@ def watch(
     ----------
     callback
         Called with each `DeviceEvent`, one after the other, from a thread of the watch; it may open
-        knobs and stop the watch. What it raises ends the watch, and `DeviceWatch.stop` raises it.
+        knobs and stop the watch. Its exception ends the watch, and `DeviceWatch.stop` raises it.
     timeout_s
         The iteration ends when nothing came or went for so long; None goes on for ever.
     include_present

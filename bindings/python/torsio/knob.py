@@ -84,8 +84,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def close(self) -> Iterable[Callable[[], object]]:
         """Disarm, unless told to be autonomous or not armed by the SDK, and let go.
 
-        Whatever goes wrong meanwhile, a full disk or Ctrl-C, is raised when that is done. Closing
-        twice is fine.
+        An error meanwhile, such as a full disk or Ctrl-C, is raised after that. Closing twice is
+        fine.
         """
         return self._knob.disarm_to_close, self._recording.close, self._knob.close, self._forget
 
@@ -101,7 +101,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
 
     @property
     def info(self) -> DeviceInfo:
-        """Who the device is."""
+        """The device's identity."""
         return DeviceInfo(**self._knob.info())
 
     @property
@@ -186,7 +186,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         which gives little; `limits` tells how much. With `NoSpeedLimitWarning` if nobody has set a
         board's `speed_limit_rad_s`.
         """
-        # Before the torque, so that whoever makes errors of warnings is not armed.
+        # Before the torque: if you turn warnings into errors, the knob stays disarmed.
         if self._is_held_low():
             warnings.warn(held_low(self.limits()), stacklevel=2)
         elif moves_parts(self.info.board) and self.limits().speed_limit_rad_s == 0.0:
@@ -231,9 +231,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Parameters
         ----------
         scene
-            One effect, or an iterable of up to 16. The place in the list is an effect's identity:
-            one that stands at the same place with the same values as before goes on playing, any
-            other starts anew. The knob must be armed to be felt.
+            One effect, or an iterable of up to 16. An effect with the same place and the same
+            values as before goes on playing. Any other starts anew. The knob must be armed to be
+            felt.
 
         Raises
         ------
@@ -245,9 +245,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Warns
         -----
         StiffnessWarning
-            It plays, and the knob, let go, may swing in it for ever: what its effects are together
-            is too stiff, damps too much or has too much inertia for this knob. Not with the law
-            ``"calibrated"``, which bounds a scene.
+            The scene plays, but a free knob may swing in it for ever. Together its effects are too
+            stiff, damp too much or have too much inertia. Not with the law ``"calibrated"``, which
+            bounds a scene.
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
         """
@@ -267,9 +267,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
         """Ask how stiff a spring the knob's parts can render, by its configuration.
 
         Beyond that the knob may swing for ever in a spring or wall, at the motor's full torque,
-        unless the law is ``"calibrated"``. A board's current loop, the supply behind it and the
-        encoder's steps are reckoned with; parts that are not what they are configured to be are
-        not. `torsio.stability` has the map over damping.
+        unless the law is ``"calibrated"``. It includes a board's current loop, its supply and the
+        encoder's steps. It trusts the configuration. `torsio.stability` has the map over damping.
         """
         return StableStiffness(**self._knob.stable_stiffness())
 
@@ -290,7 +289,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Raises
         ------
         Refused
-            If the knob is known not to be armed. What the device refuses later only counts in
+            If the knob is known not to be armed. A later refusal by the device only counts in
             :meth:`statistics`.
 
         Warns
@@ -344,8 +343,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
         """Call back with every event from now on; None ends it.
 
         One after the other: from a thread of the knob, or, in virtual time, from the thread that
-        lets time pass. The callback may use the knob. What it raises goes to
-        `sys.unraisablehook`, and the next event is told all the same.
+        lets time pass. The callback may use the knob. Its exceptions go to `sys.unraisablehook`,
+        and the next event is told all the same.
         """
         told = tell(callback)
         self._told = told
@@ -439,5 +438,5 @@ _open_knobs: weakref.WeakSet[Knob] = weakref.WeakSet()
 @atexit.register
 @_torsio.all_of
 def _close_all() -> Iterable[Callable[[], object]]:
-    """Disarm and let go of what is still open when the interpreter ends, whoever waits on it."""
+    """Close all open knobs when the interpreter ends, whatever threads wait."""
     return [knob.close for knob in list(_open_knobs)]

@@ -1,4 +1,4 @@
-"""What can be asked and changed of a knob's configurations: a part of `torsio.Knob`."""
+"""Reads and changes a knob's configurations: a part of `torsio.Knob`."""
 
 from __future__ import annotations
 

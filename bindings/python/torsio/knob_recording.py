@@ -50,7 +50,7 @@ class _DeviceClock:
 
 
 class KnobRecording:
-    """What an open knob's methods write to a file; nothing while none is under way."""
+    """The file that an open knob's methods write to; nothing without a recording."""
 
     def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool) -> None:
         self._knob = knob
@@ -59,7 +59,8 @@ class KnobRecording:
         self._tap: _torsio.ReportTap | None = None
         self._asked_s = -math.inf
         self._claim = threading.Lock()
-        # What an interrupted recording had, until it is written, and its ticks, which come again.
+        # Samples of an interrupted recording until they are written, and their ticks, which come
+        # again.
         self._early: Record | None = None
         self._early_ticks = 0, 0
 
@@ -111,7 +112,7 @@ class KnobRecording:
     def read(self, max_samples: int, timeout_s: float) -> Record:
         """Take samples out of the knob, for the program and for the file.
 
-        Whatever is raised once they are taken has them as its attribute `samples`.
+        Any later exception has them as its attribute `samples`.
         """
         kept: list[Record] = []
         try:

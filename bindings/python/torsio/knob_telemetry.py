@@ -117,7 +117,7 @@ class KnobTelemetry:
             self._recording.record(duration_s, rate_hz, must_stay_armed, kept)
             samples: Record
             samples, disarm, armed_late = kept
-            # Last: it may be an error to whoever makes errors of warnings.
+            # Last: you may have turned warnings into errors.
             if disarm is not None:
                 warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=2)
             elif armed_late:

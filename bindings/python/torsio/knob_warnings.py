@@ -16,7 +16,7 @@ __all__ = ["armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit"
 _TORQUES = ("torque_nm", "amplitude_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
 _ANGLES = ("angle_rad", "lower_rad", "upper_rad")
 _TURNS = 5.0
-# What a knob of plausible parts gives.
+# Torque of a knob with plausible parts.
 _GIVEN_BY_ANY_NM = 0.1
 
 
@@ -75,7 +75,7 @@ def disarmed(disarm: Disarm) -> DisarmedWarning:
 
 
 def never_armed() -> DisarmedWarning:
-    """Say that a scene was recorded of which nothing was to be felt."""
+    """Say that a scene was recorded that nobody could feel."""
     return DisarmedWarning(
         "a scene plays and the knob was disarmed throughout the recording, so nothing was felt: "
         "call arm() before record()"

@@ -1,4 +1,4 @@
-"""What notebooks show: a small picture of telemetry, as SVG, that needs no other package."""
+"""A small picture of telemetry for notebooks, as SVG, without other packages."""
 
 from __future__ import annotations
 

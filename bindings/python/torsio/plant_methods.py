@@ -1,4 +1,4 @@
-"""What the plant's printed data classes can do besides holding values."""
+"""Methods of the plant's printed data classes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class CoggingShapes(checks.ByName):
 
 
 class PlantMethods(checks.ByName):
-    """What a plant can be asked."""
+    """Questions to a plant."""
 
     def matching_config(self) -> ActuatorConfig:
         """Give the configuration of a device that was calibrated perfectly to this plant."""

@@ -1,4 +1,4 @@
-"""What pytest's fixtures do for programs that use a knob; docs/testing.md tells how to use them.
+"""pytest's fixtures for programs that use a knob; docs/testing.md tells how to use them.
 
 `torsio_pytest` imports it with the first fixture. Nothing else does: the package needs no pytest.
 """
@@ -174,7 +174,7 @@ class _Tap:
 
 
 class _KeptKnob(torsio.Knob):
-    """A knob of which a recording can be kept after it was closed."""
+    """A knob whose recording can be kept after it was closed."""
 
     def __init__(self, knob: torsio.Knob, options: torsio.EmulatorOptions) -> None:
         self._tap = _Tap(knob._knob)

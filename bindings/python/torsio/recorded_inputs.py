@@ -65,7 +65,7 @@ def from_telemetry(recorded: Recorded) -> RecordedInputs:
         raise Error("the recording begins too many turns from the zero: call zero() before it")
     orders = _orders(recorded)
     zeroed = np.array([order.tick for order in orders if order.is_zero], np.int64)
-    # Who moves the zero before the first sample does so at the end of the way.
+    # A zero that moves before the first sample moves at the end of the way.
     begin = 0 if np.any(zeroed <= first["tick"]) else int(first["position_counts"])
     told = min([int(first["tick"]), *(order.tick for order in orders)])
     before = _way_there(
@@ -146,7 +146,7 @@ def _orders(recorded: Recorded) -> list[_Order]:
     """Give the reports that were sent, in the order in which the device took them."""
     control = recorded.metadata["configuration"]["ControlConfig"]
     rate = recorded.metadata["info"]["control_rate_hz"]
-    # Who disarms is answered once the torque has gone; docs/architecture.md, "States".
+    # The answer to disarming comes once the torque has gone; docs/architecture.md, "States".
     letting_go = round(min(LET_GO_S, control["passive_ramp_s"]) * rate)
     answers: dict[tuple[int, int], list[dict[str, Any]]] = {}
     for _, sent, content in recorded.reports:

@@ -31,7 +31,7 @@ __all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]
 
 @dataclass(frozen=True, repr=False)
 class Recorded:
-    """What a recording holds.
+    """Contents of a recording.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Recorded:
         Where the energy went, up to eight times a second as the program read, and at the end; empty
         while another law than ``"calibrated"`` was chosen.
     whole
-        False if the file ends in the middle, as its program did. What came before is here.
+        False if the file ends in the middle, as its program did. Earlier samples are here.
     """
 
     telemetry: Record
@@ -150,8 +150,8 @@ def load(path: str | Path) -> Recorded:
     FileNotFoundError
         If there is no such file.
     torsio.Error
-        If it is no recording of Torsio, has samples that none can be, is of a version whose
-        messages lack something, or would fill the memory.
+        The file is no recording of Torsio, has impossible samples, lacks fields, or would fill the
+        memory.
     """
     try:
         from mcap.records import Channel, Footer, Message, Metadata
@@ -206,7 +206,7 @@ def _unpacked(path: str | Path, records: Iterable[Any]) -> Iterator[Any]:
         try:
             size = record.uncompressed_size
             if record.compression == "zstd":
-                # Who unpacks believes this one first.
+                # An unpacker believes this one first.
                 size = max(size, zstandard.frame_content_size(record.data))
             room += _MOST_BYTES_OF_ONE * len(record.data) - size
             if record.compression not in ("", "zstd") or size > _MOST_BYTES or room < 0:

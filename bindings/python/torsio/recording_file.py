@@ -28,7 +28,7 @@ __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile", "mi
 LoggedReport: TypeAlias = tuple[int, bool, bytes]
 """Ticks of the newest thing that the device had said by then, whether it was sent, its bytes."""
 
-# What is in memory when the power goes is lost: this much at most.
+# A power cut loses what is in memory: this much at most.
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
@@ -96,9 +96,9 @@ class RecordingFile:
     """A file that is being written; made by `torsio.Knob.record_to`.
 
     Use it in a ``with`` statement, or `close` it. A thread writes it as the program goes on, so
-    that nothing that ends a call of the program tears it. What waits for a slow disk is in memory
-    and has no bound. The first write that fails ends it; the next call that has
-    something for it, or `close`, raises that `OSError`.
+    that nothing that ends a call of the program tears it. Samples that wait for a slow disk are in
+    memory, without a bound. The first write that fails ends it; the next call that has something
+    for it, or `close`, raises that `OSError`.
     """
 
     def __init__(
@@ -195,7 +195,8 @@ class RecordingFile:
     def note(self, kind: str, **values: Any) -> None:
         """Write an event of the program's own: a mark, a condition of an experiment.
 
-        What JSON has not becomes text: NaN is "NaN" and infinity "Infinity", as `float` reads them.
+        Values that JSON lacks become text: NaN is "NaN" and infinity "Infinity", as `float` reads
+        them.
         """
         if self.is_open:
             # Encoded here, for it may change, and who wrote it hears that it cannot be.

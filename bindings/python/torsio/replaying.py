@@ -26,7 +26,7 @@ from torsio.telemetry import TELEMETRY_DTYPE, Record
 __all__ = ["Replayed", "replay"]
 
 _TICKS_TO_SAVE: Final = 16
-# What can be changed of effects: the fields that travel as they are.
+# Fields of effects that can be changed: those that travel as they are.
 _EFFECT_FIELDS: Final = {
     report["name"]: [
         field["name"]
@@ -37,7 +37,7 @@ _EFFECT_FIELDS: Final = {
     if report["fields"][0]["name"] == "target"
 }
 _IDS: Final = {report["name"]: report["id"] for report in protocol.reports()}
-# What is compared of a sample: all that the device computes, in this order.
+# Compared columns of a sample: all that the device computes, in this order.
 _OUTPUTS: Final = (
     *("position_counts", "speed_rad_s", "desired_torque_nm", "motor_command_nm"),
     *("brake_capacity_nm", "spring_torque_nm"),
@@ -46,7 +46,7 @@ _OUTPUTS: Final = (
 
 @dataclass(frozen=True)
 class Replayed:
-    """What a device did with a recording's inputs, beside what the recording says.
+    """A device's behaviour on a recording's inputs, beside the recorded one.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ def _place(path: str) -> tuple[str, str]:
 
 
 class _Changes:
-    """What is to be changed in the reports that a device takes, and what there was to change."""
+    """Changes in the reports that a device takes, and what there was to change."""
 
     def __init__(self, by_report: Mapping[str, Mapping[str, Any]]) -> None:
         self.by_report = by_report
@@ -309,7 +309,7 @@ def _compare(
     compared, difference = _compare_answers(told, answers)
     if difference:
         found.append(difference)
-    # Of those of one tick, what the device computes first.
+    # Within one tick, the device computes this first.
     first = min(found, key=lambda one: one[0], default=None)
     rate = recorded.metadata["info"]["control_rate_hz"]
     text = "" if first is None else f"tick {first[0]} ({first[0] / rate:.4f} s): {first[1]}"

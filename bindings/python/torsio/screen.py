@@ -1,4 +1,4 @@
-"""What the commands print on a terminal: lines and plain tables. It needs the extra ``cli``."""
+"""Output of the commands on a terminal: lines and plain tables. It needs the extra ``cli``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def table(*headings: str, words: int = 0) -> Table:
     """Make a table without lines; the first so many columns are words, the others numbers."""
     made = Table(box=None, pad_edge=False, header_style="bold")
     for i, heading in enumerate(headings):
-        # What a row is about is never cut.
+        # The first column is never cut.
         made.add_column(heading, justify="left" if i < words else "right", no_wrap=i == 0)
     return made
 

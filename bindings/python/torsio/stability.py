@@ -94,7 +94,7 @@ def boundary(
 
 @dataclass(frozen=True)
 class StabilityMap:
-    """What springs with dampers did to a knob that was thrown into them.
+    """Swings of a knob that was thrown into springs with dampers.
 
     Attributes
     ----------

@@ -50,11 +50,11 @@ class Task(ABC):
     Parameters
     ----------
     plant
-        Ranges of fields of `PlantParams`, each drawn evenly for every knob. What the controller
-        takes its actuator for stays the reference actuator.
+        Ranges of fields of `PlantParams`, each drawn evenly for every knob. The controller keeps
+        believing in the reference actuator.
     kinds
-        How many different knobs there are; with more knobs than that, several are the same but for
-        their encoders' noise. It bounds the memory.
+        Number of different knobs. Beyond that, knobs repeat with other encoder noise. It bounds the
+        memory.
     """
 
     actions: ClassVar[Actions]

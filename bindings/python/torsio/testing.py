@@ -215,7 +215,7 @@ class HoldingHand:
 
 
 class Faults:
-    """What can go wrong with a knob, made to go wrong with an emulated one.
+    """Faults of a knob, made on an emulated one.
 
     Blocks may stand within each other: what an outer one does goes on when an inner one ends.
 
@@ -261,7 +261,7 @@ class Faults:
         Parameters
         ----------
         probability
-            Of each report, 0 to 1. Which ones follows from the knob's seed.
+            Of each report, 0 to 1. The knob's seed decides which.
         """
         with self._link_faults(corrupt_output=probability, corrupt_input=probability):
             yield

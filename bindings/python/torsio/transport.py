@@ -10,10 +10,10 @@ __all__ = ["Transport"]
 class Transport(ABC):
     """An open connection to one device, for `torsio.open`.
 
-    It moves whole reports of 64 bytes, as USB HID has them, and nothing else: everything above
-    works the same over a cable, over the emulated device and over a transport of one's own. `read`
-    and `advance_to` are called by one thread at a time; the other methods may be called from any
-    thread at any time, also while another one is in `read`.
+    It moves whole reports of 64 bytes, as USB HID does. Everything above works the same over a
+    cable, over the emulated device and over your own transport. `read` and `advance_to` are called
+    by one thread at a time. Any thread may call the others at any time, also while another thread
+    is in `read`.
 
     A method that finds the device gone raises `Disconnected`. Anything else that comes out of
     `read` counts as that too: its text is what the user is told.

@@ -27,8 +27,8 @@ def beside(path: str | Path) -> Iterator[Path]:
     """Give a place beside a file's, and put what is written there in the file's when it is whole.
 
     If anything is raised, a full disk for example, the file is as it was before. The ending of the
-    name stays, which tells some writers the format; so do owner and mode of the file. What is wrong
-    with the place is wrong with the file, by its own name.
+    name stays, which tells some writers the format; so do owner and mode of the file. An error of
+    the place is an error of the file, by its own name.
     """
     file = Path(path).resolve()
     # A longer ending names no format, and may leave no room for the rest of the name.

@@ -26,7 +26,7 @@ _HOLD_S, _LET_GO_S = 0.6, 1.0
 
 @dataclass(frozen=True)
 class Brake:
-    """What is known of the brake; lags from command to torque.
+    """The brake as found; lags from command to torque.
 
     Attributes
     ----------

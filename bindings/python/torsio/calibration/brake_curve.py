@@ -21,7 +21,7 @@ _STRAIGHT = 0.02
 
 @dataclass(frozen=True)
 class BrakePoint:
-    """What the brake holds beyond the friction without current and without loop, at one command.
+    """The brake's torque at one command, beyond the friction without current and without loop.
 
     Attributes
     ----------

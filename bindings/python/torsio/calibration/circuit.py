@@ -196,7 +196,7 @@ def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Int
 
 @dataclass(frozen=True)
 class Circuit:
-    """What was found of the motor's circuit.
+    """The motor's circuit as found.
 
     Attributes
     ----------

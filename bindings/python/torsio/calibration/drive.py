@@ -1,4 +1,4 @@
-"""What the motor gives of what it is told, where a current loop makes its torque."""
+"""The motor's true torque, where a current loop makes it."""
 
 from __future__ import annotations
 

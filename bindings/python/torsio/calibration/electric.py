@@ -1,4 +1,4 @@
-"""What is known of the motor's circuit: sensor's zero, winding, torque constant.
+"""The motor's circuit: sensor's zero, winding, torque constant.
 
 Of two readings of a knob's `MotorCurrent` the difference tells voltage and charge of all that was
 between them. Over any such interval, with the current ``i`` at its ends and the angle turned,
@@ -36,8 +36,8 @@ __all__ = [
     "winding",
 ]
 
-# What the equation leaves out, as a share: a supply that sags, a winding that gets warm; when the
-# voltage acts; an angle that is a tick old. Found on the emulated knobs 200 to 259.
+# Effects outside the equation, as a share: a sagging supply, a warm winding, the moment of the
+# voltage, an angle that is a tick old. Found on the emulated knobs 200 to 259.
 _LEFT_OUT = {
     "motor_resistance_ohm": 5e-3,
     "motor_inductance_h": 9e-3,
@@ -108,7 +108,7 @@ def _way(share: Array) -> Array:
 
 @dataclass(frozen=True)
 class Intervals:
-    """What was between readings, each of shape (n,).
+    """The intervals between readings, each of shape (n,).
 
     Attributes
     ----------
@@ -246,7 +246,7 @@ def winding(
 
 @dataclass(frozen=True)
 class Motor:
-    """What is known of the motor's circuit, as its board sees it.
+    """The motor's circuit, as its board sees it.
 
     That is with the `supply_v` of its configuration, and through its current sensor.
 

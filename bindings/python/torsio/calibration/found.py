@@ -1,4 +1,4 @@
-"""What the steps found, one by one and put together as quantities."""
+"""Findings of the steps, one by one and put together as quantities."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ __all__ = ["Parts", "quantities_of"]
 # Of all viscous friction the brake's side has from nothing up to so much, each as likely. Knob and
 # brake turn alike in all that is played, so nothing tells them apart.
 _BRAKE_VISCOUS = 0.25
-# What a drive adds to an inertia is known to so much: winding and supply may be a tenth off each.
+# The inertia that a drive adds is known to this share: winding and supply may be a tenth off each.
 _ADDED_SIGMA = 0.2
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What the steps found, one by one."""
+    """Findings of the steps, one by one."""
 
     free: Free
     shaft: Shaft
@@ -31,7 +31,7 @@ class Parts:
 
 
 def _knob_viscous(viscous: Quantity) -> Quantity:
-    """Give the viscous friction of the knob's side, of that of all that turns."""
+    """Give the knob's share of the viscous friction."""
     share = 1.0 - 0.5 * _BRAKE_VISCOUS
     return Quantity(
         "knob_viscous_nm_s_per_rad",

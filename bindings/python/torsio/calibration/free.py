@@ -38,7 +38,7 @@ _FAST_S = 0.7  # until it turns the other way
 
 @dataclass(frozen=True)
 class Free:
-    """What is known of the knob that turns freely.
+    """The free knob as found.
 
     Attributes
     ----------
@@ -330,7 +330,7 @@ def through_shaft(free: Free, log: Run, flexible_s2: float, knob_inertia_kg_m2: 
     if not periods:
         return free
     slow = _rows(log.between(0.2, 2 * SLOW_S), 0.02, 0.5)
-    # What the shaft holds bends its twist, and the brake's inertia with it: so every torque on the
+    # The shaft's torque bends its twist, and with it the brake's inertia. So every torque on the
     # knob counts with its own bend.
     measured = slow.motor_nm + flexible_s2 * (slow.motor_curve - knob_inertia_kg_m2 * slow.jerk)
     measured -= free.inertia.value * slow.acceleration + free.viscous.value * slow.speed
@@ -374,7 +374,7 @@ def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
     """
     speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
     if float(np.max(np.abs(speed))) < 0.4 * FAST_RAD_S:
-        # What is held, or rubs, soon turns as fast as it ever will; what is heavy gets ever faster.
+        # A knob that is held or rubs soon reaches its top speed. A heavy one keeps speeding up.
         since_s = log.time_s[::8] - log.time_s[0] - 2 * slow_s
         middle, end = np.interp([0.5 * _FAST_S, _FAST_S], since_s, speed)
         if end > 1.6 * middle > 0 and end > 2 * SLOW_RAD_S:
@@ -403,7 +403,7 @@ def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
     if periods:
         amplitude, amplitude_sigma = cogging.amplitudes_nm[0], cogging.sigmas_nm[0]
     else:
-        # What was not found may be as large as what is left, and more.
+        # Cogging that was not found may be as large as the residual, or larger.
         plain = linear(_columns(slow, ()), slow.motor_nm)
         amplitude, amplitude_sigma = 0.0, 3.0 * float(np.std(plain.residual))
     left = float(np.sqrt(np.mean(unexplained**2)))

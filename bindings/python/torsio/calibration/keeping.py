@@ -1,4 +1,4 @@
-"""What a calibration found, kept beside the knob: a file for each serial number."""
+"""Keeps a calibration beside the knob: a file for each serial number."""
 
 from __future__ import annotations
 

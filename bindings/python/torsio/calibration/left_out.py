@@ -1,4 +1,4 @@
-"""What no fit can know of: what its models leave out, and what comes of another drive."""
+"""Uncertainties that no fit knows: gaps of its models, and other drives."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = [
 # and in every one down, and that drops out of the difference.
 STATED_TOO_WIDE = {"hysteresis_nm": 0.6, "rise_s": 0.55, "knob_coulomb_nm": 0.8}
 
-# What the models leave out, as a share and at least.
+# Gaps of the models, as a share and at least.
 LEFT_OUT = {
     "inertia_kg_m2": (5e-4, 0.0),
     "viscous_nm_s_per_rad": (2e-4, 0.0),
@@ -96,7 +96,7 @@ def by_tick(quantity: Quantity, tick_s: float) -> Quantity:
 def widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:
     """Add to each uncertainty by how much the value is another in another case.
 
-    What is not there in that case counts as nothing, so that it is uncertain by all of itself.
+    A missing quantity counts as zero, so it is uncertain by all of itself.
     """
     values = {name: of.value for name, of in other.items()}
     return {

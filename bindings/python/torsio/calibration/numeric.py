@@ -28,7 +28,7 @@ class Solution:
 def _covariance(slopes: Array, residual: Array, lags: int) -> Array:
     """Give the covariance of a least-squares fit whose residuals hang together over `lags` samples.
 
-    The estimate of Newey and West; with no lags that of White.
+    The estimate of Newey and West; White's without lags.
     """
     count, unknowns = slopes.shape
     inverse = np.linalg.pinv(slopes.T @ slopes)

@@ -26,13 +26,13 @@ __all__ = ["Player", "Run"]
 _SLACK_S = 0.25
 _LEAST_SLEEP_S = 1e-3
 _SETTLE_S = 2.0
-# What the library keeps unless it is told otherwise.
+# The library keeps this many unless told otherwise.
 _MOST_SAMPLES = 65536
 
 
 @dataclass(frozen=True)
 class Run:
-    """What the device told while one experiment played.
+    """The device's samples while one experiment played.
 
     Attributes
     ----------

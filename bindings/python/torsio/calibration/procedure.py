@@ -61,14 +61,13 @@ def calibrate(
     Parameters
     ----------
     quick
-        13 seconds, for a comparison with what was found before: no circuit, no cogging, no swings,
-        no brake.
+        13 seconds, to compare with earlier values: no circuit, no cogging, no swings, no brake.
     ambient_c
-        How warm it is, for the record; above -273 degrees.
+        Ambient temperature, for the record; above -273 degrees.
     supply_v
-        What a meter says of the motor's supply, for the electrical steps, and proposed if it is
-        another than what is configured; 3 to 60. None: nobody has measured it, and a torque
-        constant that may be right stays as it is.
+        The motor's supply, as a meter shows it, for the electrical steps; 3 to 60. It is proposed
+        if it differs from the configured one. None: nobody has measured it, and a torque constant
+        that may be right stays as it is.
     progress
         Called with the name of each step as it begins; one of `STEPS` or `ELECTRIC_STEPS`.
 
@@ -156,7 +155,7 @@ def calibrate(
         for drive in player.drive.others():
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)
-            # What is refused under it is refused: nobody would know how far it is from the truth.
+            # A refusal at the bound stands: nobody would know how far the value is from the truth.
             other = _parts_of(logs, through, slow_s, demagnetised=demagnetised)
             found = widened(found, quantities_of(other, drive))
             if curve is not None and other.brake is not None:

@@ -1,4 +1,4 @@
-"""What becomes of a calibration: a configuration is proposed, and applied if somebody wants it."""
+"""Turns a calibration into a proposed configuration, and applies it."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ _ASSISTED = 0.73
 
 @dataclass(frozen=True)
 class Calibration:
-    """What a knob was found to be.
+    """A knob as found.
 
     Attributes
     ----------
     quantities
-        By name; all torques as parts of the motor's, with the torque constant that is proposed, or
-        else the one that the device believes: they are as true as that.
+        By name. All torques are as true as the proposed torque constant, or else the configured
+        one.
     actuator, shaft
         The configurations that are proposed; nothing was saved.
     law, free_assist_nm
-        What is proposed of the control: the law that uses all of these values, and of the friction
-        what is certain; after a quick look what the knob has.
+        Proposals for the control: the law that uses all these values, and the certain part of the
+        friction. After a quick look, the knob's own.
     known
-        How well their values are known, with date and conditions, for the device to keep.
+        Uncertainties, date and conditions, for the device to keep.
     cogging
         Over the angle from the device's zero; None after a quick look.
     curve
@@ -106,7 +106,7 @@ class Calibration:
 def apply(knob: Knob, calibration: Calibration) -> None:
     """Configure a disarmed knob as proposed, or change nothing; `Knob.save` keeps that.
 
-    What is proposed for the board takes effect when the knob starts the next time.
+    Values of the board take effect when the knob starts the next time.
     """
     board, control = knob.board_config(), knob.control_config()
     before = (knob.actuator_config(), knob.shaft_config(), board, control)
@@ -119,7 +119,7 @@ def apply(knob: Knob, calibration: Calibration) -> None:
     proposed = (calibration.actuator, calibration.shaft, motor, law)
     known = knob.calibration_config()
     try:
-        # What is known comes last: it is about the values that the device has by then.
+        # Uncertainties come last: they describe the values that the device has by then.
         for config in (*proposed, calibration.known):
             knob.configure(config)
     except Error:
@@ -175,7 +175,7 @@ def _proposed(
 ) -> tuple[dict[str, float], dict[str, Any]]:
     """Give what was found, but for changes that are noise, and the uncertainties of that.
 
-    What is configured stays if it may be true; what may as well be nothing is none.
+    Keep the configured value if it lies in the interval. Use zero if zero lies in it.
     """
     values: dict[str, float] = {}
     sigmas: dict[str, Any] = {}
@@ -202,8 +202,8 @@ def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> 
     """Give what may be taken off the friction: that is there for certain, and wears off.
 
     What the brake's loop leaves is not: a knob that has not braked yet is without it. Nor is what
-    holds a steady pull, or a knob that is pushed that way would go on. What is configured stays if
-    noise makes the difference.
+    holds a steady pull, or a knob that is pushed that way would go on. Keep the configured value if
+    the difference may be noise.
     """
     # Of the sum nobody knows less than of the drag, which is all the friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]

@@ -1,4 +1,4 @@
-"""What a calibration finds, and how it says that it cannot."""
+"""Findings and refusals of a calibration."""
 
 from __future__ import annotations
 

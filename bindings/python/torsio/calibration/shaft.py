@@ -30,12 +30,12 @@ _SURE = 4.0
 
 @dataclass(frozen=True)
 class Shaft:
-    """What is known of the shaft between knob and brake.
+    """The shaft between knob and brake, as found.
 
     Attributes
     ----------
     knee, factor
-        Beyond this twist the shaft is so many times as stiff; None if it is straight.
+        Twist where the stiffness changes, and by which factor; None if the shaft is straight.
     curve
         Twist in rad and torque in N m of its corners, shape (n, 2), from zero.
     knob_coulomb, knob_inertia, damping
@@ -222,7 +222,7 @@ class _Curve:
 
     @property
     def backlash(self) -> tuple[float, float]:
-        """What is lost between the two sides, and its uncertainty; of a fit that lets it be."""
+        """Backlash and its uncertainty, from a fit that allows it."""
         if self.is_bent:
             return 2.0 * float(self.fit.value[5]), 2.0 * self.fit.sigma(5)
         value, sigma = float(self.fit.value[3]), self.fit.sigma(3)
@@ -281,7 +281,7 @@ def estimate_shaft(
     backlash, backlash_sigma = loose.backlash
     if loose.is_bent:  # what is left out of where the knee is, is left out of this as well
         backlash_sigma = math.hypot(backlash_sigma, LEFT_OUT["knee_rad"][0] * loose.knee)
-    # What may as well be none is left where it is: it would make the stiffness less certain.
+    # A backlash that may be zero stays out of the fit: it would make the stiffness less certain.
     if backlash > _SURE * backlash_sigma:
         edges, curve = sides, loose
     fit, is_bent = curve.fit, curve.is_bent

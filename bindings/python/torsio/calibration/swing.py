@@ -34,7 +34,7 @@ def _swing(
     inertia, damping, rest, angle = (float(number) for number in value)
     stiffness, knee, extra = spring
     step_s = log.period_s
-    # What the method adds to the frequency, to first order.
+    # Error of the method's frequency, to first order.
     inertia += stiffness * step_s**2 / 12.0
     twist, speed, half_s = angle - rest, 0.0, 0.5 * step_s
     result = np.empty(len(log.angle_rad))

@@ -1,4 +1,4 @@
-"""What `torsio calibrate` shows, asks and keeps."""
+"""Output, questions and files of `torsio calibrate`."""
 
 from __future__ import annotations
 

@@ -177,7 +177,7 @@ def games_set_command(
         float | None, typer.Option("--dial-torque-nm", help="Of a dial's detents; 0: none.")
     ] = None,
 ) -> None:
-    """Set a player's settings, and keep them on the knob. What is not named stays as it is."""
+    """Set a player's settings, and keep them on the knob. Settings that are not named stay."""
     changes: dict[str, float | bool | str] = {
         name: value
         for name, value in context.params.items()

@@ -18,7 +18,7 @@ __all__ = ["add_to"]
 def arm_command(device: Device = "", seconds: Seconds = None) -> None:
     """Switch the torque on until Ctrl-C, and say how much there is at most and what is missing.
 
-    What plays is what the knob has: a game's effects, or a scene that an autonomous knob kept.
+    The knob's own effects play: a game's, or a scene that an autonomous knob kept.
     """
     with opened(device, out) as knob:
         limits = knob.limits()

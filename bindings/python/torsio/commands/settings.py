@@ -74,8 +74,8 @@ def config_dump_command(device: Device = "") -> None:
 
 def config_load_command(file: Path, device: Device = "") -> None:
     """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
-    # Also as PowerShell's redirection and Notepad write it. What is no text is no name of a field
-    # either, and told as that.
+    # Also as PowerShell's redirection and Notepad write it. Bytes that are no text are no field's
+    # name, and reported as such.
     read = content(file)
     text = read.decode(json.detect_encoding(read), errors="replace")
     with opened(device, err) as knob:

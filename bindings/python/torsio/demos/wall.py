@@ -44,7 +44,7 @@ HARDWARE_DURATION_S = 6.0
 
 @dataclass(frozen=True)
 class Setting:
-    """Which knob visited which wall.
+    """Knob and wall of a visit.
 
     Attributes
     ----------
@@ -76,18 +76,18 @@ class WallVisit(Setting):
     brake_capacity_nm: Array
     spring_torque_nm: Array
     truth: Record | None
-    """What only the emulator knows, at the times of the telemetry."""
+    """The emulator's true values, at the times of the telemetry."""
 
     @property
     def rendered_torque_nm(self) -> Array:
-        """What the user feels: spring and motor together, true where that is known."""
+        """The felt torque: spring and motor together, true where known."""
         if self.truth is None:
             return self.spring_torque_nm + self.motor_command_nm
         return np.asarray(self.truth["spring_torque_nm"] + self.truth["motor_torque_nm"])
 
     @property
     def ideal_torque_nm(self) -> Array:
-        """What a perfect wall would give at the knob's angle, true where that is known."""
+        """A perfect wall's torque at the knob's angle, true where known."""
         angle_rad = self.angle_rad if self.truth is None else self.truth["angle_rad"]
         depth_rad = np.maximum(angle_rad - self.wall_angle_rad, 0.0)
         return -self.wall_stiffness_nm_per_rad * depth_rad

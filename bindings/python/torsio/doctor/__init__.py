@@ -2,7 +2,8 @@
 
 Facts are gathered in `torsio.doctor.facts`; small functions, one for each matter, turn facts into
 findings: about the system in `torsio.doctor.linux` and `torsio.doctor.others`, about the knob in
-`torsio.doctor.knob`. What moves the knob is in `torsio.doctor.drift`, and done only when asked for.
+`torsio.doctor.knob`. Checks that move the knob are in `torsio.doctor.drift`, and done only when
+asked for.
 """
 
 from __future__ import annotations

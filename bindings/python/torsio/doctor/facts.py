@@ -1,4 +1,4 @@
-"""What `torsio doctor` gathers before it judges: the USB, the permission, the knob itself."""
+"""Facts that `torsio doctor` gathers before it judges: the USB, the permission, the knob itself."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class RoundTrips:
 
 @dataclass(frozen=True)
 class KnobFacts:
-    """What an open knob told and how it did."""
+    """Reports and behaviour of an open knob."""
 
     info: DeviceInfo
     before: Health

@@ -18,9 +18,9 @@ class Finding:
     """Its name, for machines."""
     ok: bool
     text: str
-    """What was found, in plain words."""
+    """The finding, in plain words."""
     advice: str = ""
-    """What to do; empty if `ok`."""
+    """Advice; empty if `ok`."""
     values: dict[str, Any] = field(default_factory=dict)
     """The figures behind it, SI units."""
     faults: tuple[str, ...] = ()
@@ -33,5 +33,5 @@ class Finding:
 
     @property
     def links(self) -> list[str]:
-        """All entries: the faults', and that of the finding itself."""
+        """All entries: the faults' and the finding's own."""
         return [] if self.ok else [*map(entry, self.faults), self.more]

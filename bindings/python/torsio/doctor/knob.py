@@ -1,4 +1,4 @@
-"""What `torsio doctor` says of an open knob: a function for each matter."""
+"""Findings of `torsio doctor` about an open knob: a function for each matter."""
 
 from __future__ import annotations
 

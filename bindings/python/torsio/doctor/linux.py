@@ -1,4 +1,4 @@
-"""What `torsio doctor` knows of Linux: whether the kernel sees a knob, and who may open it."""
+"""Linux for `torsio doctor`: whether the kernel sees a knob, and who may open it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What `torsio doctor` knows of Windows and macOS, where the system itself shows a user every knob.
+"""Windows and macOS for `torsio doctor`, where the system shows a user every knob.
 
-No file of a knob has an owner there and no rule gives permission, so what is left is whether the
-system sees the knob, and whether another program keeps it. No Mac ever ran it.
+There a knob has no file, no owner and no rule. Two questions are left: does the system see the
+knob, and does another program keep it? No Mac ever ran it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from torsio.told import ListedDevice
 __all__ = ["NAMES", "OPEN_ADVICE", "examine_system"]
 
 NAMES: Final = {"win32": "Windows", "darwin": "macOS"}
-"""What a user calls the system, by the name that Python has for it."""
+"""The user's name of the system, by Python's name."""
 
 OPEN_ADVICE: Final = {
     "busy": "close the other program that has the knob open",
@@ -69,5 +69,5 @@ def examine_system(platform: str, selector: str) -> Iterator[tuple[str, Finding]
     for knob in meant:
         yield knob.path, check_usb(system, [knob])
     if not meant:
-        # What was named may still be a path, which opening explains.
+        # The name may still be a path, which opening explains.
         yield selector, check_usb(system, knobs)

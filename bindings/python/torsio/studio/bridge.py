@@ -129,7 +129,7 @@ class World:
         self._truth = (0.0,) * len(_TRUTH)
 
     def look(self) -> None:
-        """Take the truth, of which the newest is kept."""
+        """Take the truth; the newest is kept."""
         if len(rows := self._transport.truth()):
             self._truth = tuple(float(rows[name][-1]) for name in _TRUTH)
 
@@ -163,9 +163,9 @@ class World:
 class Bridge:
     """One open device, and the page at the other end.
 
-    The device is read in a thread of its own. What it says goes to the page in as few messages as
-    the page is quick: a new one when it has an older one. That thread also repeats the page's sign
-    of life, until the page says disarm or nothing more.
+    The device is read in a thread of its own. Its text goes to the page in as few messages as the
+    page is quick: a new one when the page has an older one. That thread also repeats the page's
+    sign of life, until the page says disarm or nothing more.
     """
 
     def __init__(self, transport: _torsio.Transport, world: World | None = None) -> None:

@@ -117,7 +117,7 @@ async def _measure(
         told = asyncio.run_coroutine_threadsafe(
             socket.send_json({"kind": "step", "name": step}), loop
         )
-        with contextlib.suppress(Exception):  # whoever listens learns that the page has gone
+        with contextlib.suppress(Exception):  # the listener learns that the page has gone
             told.result()
 
     measuring = asyncio.create_task(

@@ -44,7 +44,7 @@ _EMULATOR = EmulatorOptions(control_rate_hz=4000.0, paced=True, log_truth=True)
 
 
 Serve = Callable[[WebSocket], Awaitable[None]]
-"""What is done with a page, until it goes."""
+"""Handles a page until it goes."""
 
 
 class _Studio:
@@ -108,7 +108,7 @@ def refusal(socket: WebSocket, token: str) -> str:
 
 
 class Passed(Protocol):
-    """What a page is connected to."""
+    """A page's connection."""
 
     async def pump(self, send: Callable[[bytes], Awaitable[None]]) -> None:
         """Hand on what the device says, for ever."""
@@ -178,7 +178,7 @@ class Server(uvicorn.Server):
     Parameters
     ----------
     serves
-        By the address they ask for, what is called with each page that may in.
+        For each address, the function that is called with each admitted page.
     page
         The page's folder.
     port

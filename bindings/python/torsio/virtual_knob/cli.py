@@ -83,7 +83,7 @@ def _running(command: list[str]) -> Iterator[subprocess.Popen[bytes]]:
 
 
 class _Show:
-    """What a person sees of a running program, and what it hears of the person."""
+    """The screen and the keys of a running program."""
 
     def __init__(self, process: subprocess.Popen[bytes], hand: terminal.Hand | None) -> None:
         self._process = process
@@ -130,7 +130,7 @@ class _Show:
     def _show_commands(self, line: str) -> None:
         address = Address.from_line(line)
         commands = attach_commands(address).items()
-        # At once, so that whoever has read the first line can rely on the rest.
+        # At once: a reader of the first line can rely on the rest.
         self._screen.line(
             "\n".join(
                 [

@@ -27,7 +27,7 @@ _EVENT = re.compile(
     rb"\x1b\[<(?P<button>\d+);(?P<column>\d+);\d+(?P<end>[Mm])|\x1b[\[O](?P<arrow>[A-D])|"
     rb"\x1b\[[0-9;<?]*[ -/]*[@-~]|(?P<key>[^\x1b])"
 )
-# What may still become one of the above.
+# Input that may still become one of the above.
 _BEGUN = re.compile(rb"\x1b(?:[\[O][0-9;<?]*)?$")
 
 
@@ -77,7 +77,7 @@ class Input:
 
 
 class Hand(Protocol):
-    """What a person's input does to the knob."""
+    """Effects of a person's input on the knob."""
 
     help: str
 
