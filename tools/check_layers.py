@@ -73,16 +73,16 @@ RULES = (
     ),
     Rule(
         "firmware/device/game",
-        "games: the reports of a HID PID device, its pool of effects, their forces. A knob is a dial "
-        "or a game controller, never both",
+        "games: the reports of a HID PID device, its pool of effects, their forces. A knob is a "
+        "dial or a game controller, never both",
         ("core", "protocol", "device"),
         never="device/dial",
         std=DEVICE_STD,
     ),
     Rule(
         "firmware/device",
-        "the device: reports, states and faults, scene commit, configuration store, telemetry, logic "
-        "of the power stage",
+        "the device: reports, states and faults, scene commit, configuration store, telemetry, "
+        "logic of the power stage",
         ("core", "protocol", "device"),
         std=DEVICE_STD,
     ),
@@ -108,8 +108,8 @@ RULES = (
     ),
     Rule(
         "firmware/boards",
-        "a folder for each board: `board.cmake`, and a header with number, control period and pins. "
-        "`rp2/` has pins, timers and power stages of the RP2040 and RP2350",
+        "a folder for each board: `board.cmake`, and a header with number, control period and "
+        "pins. `rp2/` has pins, timers and power stages of the RP2040 and RP2350",
         ("core", "protocol", "device", "usb", "boards"),
         third_party=r"(hardware|pico)/.*\.h",
         others="Raspberry Pi's SDK",
@@ -129,13 +129,14 @@ RULES = (
     ),
     Rule(
         "emulator/plant",
-        "the physics: model, hands, and the exact method in `exact/`; they know nothing of the device",
+        "the physics: model, hands, and the exact method in `exact/`; they know nothing of the "
+        "device",
         ("emulator/plant", "torsio/plant.hpp", "torsio/plant_fields.hpp"),
     ),
     Rule(
         "emulator/include",
-        "headers of the plant for users, printed from `definition/`; `field.hpp` is written by hand, "
-        "and the library uses it too",
+        "headers of the plant for users, printed from `definition/`; `field.hpp` is written by "
+        "hand, and the library uses it too",
         ("torsio",),
     ),
     Rule(
