@@ -77,8 +77,8 @@ inline double widen(float value) {
 
 }  // namespace detail
 
-/// Fills in the fields that the user's structure has. What is out of its range but can travel is
-/// left to check_fields().
+/// Fills in the fields that the user's structure has. check_fields() finds values out of range that
+/// can travel.
 /// @throws InvalidArgument that names a field which cannot travel, its value and its range
 template <class Host, class Wire>
 void convert_fields(const Host& host, Wire& wire) {
@@ -101,7 +101,7 @@ void convert_fields(const Host& host, Wire& wire) {
   });
 }
 
-/// What travels, by the protocol's own rules for single fields.
+/// The report, by the protocol's own rules for single fields.
 /// @throws InvalidArgument that names the field, its value and its range
 template <class Host>
 typename WireType<Host>::type convert(const Host& host) {
@@ -111,7 +111,7 @@ typename WireType<Host>::type convert(const Host& host) {
   return wire;
 }
 
-/// What came, in the user's units.
+/// The report's content in the user's units.
 template <class Host>
 Host convert_back(const typename WireType<Host>::type& wire) {
   Host host;

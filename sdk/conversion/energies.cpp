@@ -15,7 +15,7 @@ Energies energies(const protocol::Ledger& ledger, const protocol::Identity& devi
   out.motor_j = static_cast<double>(ledger.motor) * step_j;
   const double spring_j = static_cast<double>(ledger.spring_twice) * 0.5 * step_j;
   out.felt_j = out.motor_j + spring_j;
-  // What the spring was given and has not any more.
+  // Energy that the spring got and no longer has.
   out.brake_j = -spring_j - out.stored_j;
   return out;
 }

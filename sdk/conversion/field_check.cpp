@@ -31,7 +31,7 @@ float narrow(double value) {
 
 namespace {
 
-/// What is wrong with a number; one that nobody gave is NaN.
+/// The error of a number; a number that nobody gave is NaN.
 std::string is_text(double value) {
   return " is " + number_text(value) + (std::isnan(value) ? " (it must be given)" : "");
 }

@@ -1,5 +1,5 @@
 /// @file
-/// What a motor stands for ever, as the device has it.
+/// A motor's torque for ever, as the device has it.
 #pragma once
 
 #include "core/heat_model.hpp"

@@ -1,5 +1,5 @@
 /// @file
-/// What a device reports, in the user's structures and units, written once for all of them.
+/// A device's reports in the user's structures and units, written once for all.
 #pragma once
 
 #include <concepts>

@@ -37,7 +37,7 @@ struct Tone {
   Complex late;  // held for a period, and the motor's lag
 };
 
-/// What plays, as the device evaluates it.
+/// The scene, as the device evaluates it.
 class Played {
  public:
   Played(std::span<const protocol::ReportBytes> reports, const core::Resolution& resolution,
@@ -183,8 +183,8 @@ class Loop {
     return middle;
   }
 
-  /// What the device does against the knob's swing, as a share of it: the describing function of
-  /// all that plays, and of the motor.
+  /// The device's answer to the knob's swing, as a share of it: the describing function of scene
+  /// and motor.
   [[nodiscard]] Complex push(std::int64_t middle_counts, double swing_rad, const Tone& tone) const {
     core::SceneState state;
     core::Motion motion;
@@ -213,7 +213,7 @@ class Loop {
     // (8'): a count is a step of the torque.
     const double step_nm = 0.5 * std::abs(pushes) * double{parts_.rad_per_count};
     pushes /= std::max(1.0 - step_nm / double{parts_.motor_torque_max_nm}, 0.01);
-    // What the brake carries of a spring does not come late.
+    // The brake's part of a spring does not come late.
     const double carried = std::min(double{parts_.spring_stiffness_nm_per_rad},
                                     double{parts_.brake_share} * std::max(pushes.real(), 0.0));
     const double friction = kTrusted * 8.0 / kTwoPi * double{parts_.knob_coulomb_nm} / swing_rad;

@@ -181,7 +181,7 @@ void assign_field(std::string_view name, const ConfigScalar& given, T& value) {
     const auto* number = std::get_if<double>(&given);
     if (!number) must_take(name, "a number");
     if constexpr (std::is_integral_v<T>) {
-      // What is within, configure() knows; this keeps it what was written.
+      // configure() checks ranges; this keeps the written number.
       if (std::trunc(*number) != *number ||
           *number > static_cast<double>(std::numeric_limits<T>::max()) ||
           *number < static_cast<double>(std::numeric_limits<T>::min())) {

@@ -1,5 +1,5 @@
 /// @file
-/// What a knob is made of: the way to a device, and what is known of it beforehand.
+/// Parts of a knob: the way to a device, and facts known beforehand.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
 /// @file
-/// What has changed between two looks at the devices.
+/// Changes between two looks at the devices.
 #pragma once
 
 #include <chrono>

@@ -45,7 +45,7 @@ std::string lock_path(const std::string& device_path, const std::string& shared)
   return directory + "/torsio" + (name.starts_with('-') ? "" : "-") + name + ".lock";
 }
 
-/// Whatever stands there: neither a link is followed nor a pipe waited for.
+/// It follows no link and waits for no pipe.
 /// @returns -1 unless it is a plain file
 /// @throws DeviceBusy if it is one that another user keeps to himself
 int open_lock_file(const std::string& path) {

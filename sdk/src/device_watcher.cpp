@@ -107,7 +107,7 @@ void DeviceWatcher::watch() {
 
 void DeviceWatcher::look() { deliver(changes_.update(present(), steady_clock::now())); }
 
-/// What is there. A file that has gone may stay on the kernel's list for a moment.
+/// Devices that are there. A file that has gone may stay on the kernel's list for a moment.
 std::vector<ListedDevice> DeviceWatcher::present() const {
   std::vector<ListedDevice> devices = source_.look();
   std::erase_if(devices,

@@ -1,4 +1,4 @@
-// Which knobs there are, and opening one of them.
+// Lists knobs, and opens one.
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::string_view kEmulatedProduct = "Torsio emulated knob";
 
-/// Asks a device what it is, without disturbing whoever has it open.
+/// Asks a device what it is, without disturbing its user.
 ListedDevice describe(const HidListing& hid) {
   ListedDevice listed{.path = hid.path,
                       .serial = hid.serial,
@@ -44,8 +44,8 @@ ListedDevice describe(const HidListing& hid) {
   return listed;
 }
 
-/// What is longer than any path element or serial number, or has a NUL, is no name, and echoing it
-/// would not help.
+/// Text with a NUL, or longer than any path element or serial number, is no name. Echoing it would
+/// not help.
 void check_selector(std::string_view selector) {
   constexpr std::size_t kLongest = 255;
   if (selector.size() > kLongest) {

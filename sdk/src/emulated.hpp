@@ -1,5 +1,5 @@
 /// @file
-/// Which knobs are emulated.
+/// Emulated knobs.
 #pragma once
 
 #include <string_view>

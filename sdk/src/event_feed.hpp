@@ -37,10 +37,10 @@ class EventFeed {
   /// How many were never taken because kMost newer ones came.
   [[nodiscard]] std::uint64_t lost() const;
 
-  /// From the next event on; none stops it. What an older one threw is thrown here, once.
+  /// From the next event on; none stops it. An older callback's exception is thrown here, once.
   void set_callback(Callback callback);
   /// Without a thread: calls back for what has come since, one after the other. If a callback runs
-  /// already, whoever called it goes on with what has come.
+  /// already, its caller goes on with the new events.
   void tell();
   /// True in the callback itself.
   [[nodiscard]] bool tells_here() const;
@@ -53,7 +53,7 @@ class EventFeed {
   static constexpr std::size_t kMost = 1024;
 
  private:
-  /// What the thread needs; it may outlive the feed, if the callback is the last to have the knob.
+  /// Data of the thread; it may outlive the feed, if the callback is the last to have the knob.
   struct Telling {
     std::mutex mutex;
     std::condition_variable news;

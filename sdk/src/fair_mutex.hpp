@@ -8,8 +8,8 @@
 
 namespace torsio {
 
-/// Whoever waits longest is next. With std::mutex a thread that lets go and comes back at once can
-/// keep all others out for as long as it likes: they are woken, and find it taken again.
+/// The longest waiter is next. With std::mutex a thread that lets go and comes back at once can
+/// keep all others out: they wake and find it taken again.
 class FairMutex {
  public:
   void lock() {

@@ -105,7 +105,7 @@ std::string chip_of(const Block& block) {
               hex32(block.family) + "), not for an RP2040 or the Arm cores of an RP2350");
 }
 
-/// What a file puts into the flash, without a gap from its begin on.
+/// A file's content for the flash, without a gap from its begin on.
 std::string image_of(std::string_view file, std::string& chip) {
   if (file.empty() || file.size() % kBlockBytes != 0) {
     reject_file(
@@ -148,7 +148,7 @@ std::uint32_t checksum(std::string_view image, std::size_t said_at) {
   return ~crc;
 }
 
-/// What Torsio's firmware says of itself: a mark stands somewhere in its image.
+/// Label of Torsio's firmware: a mark stands somewhere in its image.
 void find_label(std::string_view image, FirmwareFile& file) {
   const std::size_t at = image.find(kMark);
   if (at == std::string_view::npos) {

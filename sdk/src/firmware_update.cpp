@@ -45,7 +45,7 @@ struct Drive {
   std::string board_id;
 };
 
-/// What the boot loader calls itself in its file.
+/// The boot loader's name in its file.
 std::string board_id_of(std::string_view chip) { return chip == "rp2040" ? "RPI-RP2" : "RP2350"; }
 
 /// The drive that is mounted in a folder, if it is a boot loader's.
@@ -87,7 +87,7 @@ std::string listed(const Items& items, Text&& text) {
   return list;
 }
 
-/// What an update needs of the computer, with its own where nobody has brought another.
+/// The computer's functions for an update; its own where the caller gave none.
 class Host {
  public:
   explicit Host(const UpdateOptions& options)

@@ -1,4 +1,4 @@
-// What a knob's path means to POSIX: a file, with a permission.
+// A knob's path on POSIX: a file, with a permission.
 #include "hid_files.hpp"
 
 #include <fcntl.h>
@@ -51,9 +51,9 @@ void refuse_other_files(const std::string& path) {
                        " is not a HID device; list_devices() and `torsio list` show what is there");
 }
 
-// Whoever opens a hidraw device first waits for 50 ms in the kernel. One that is unplugged
-// meanwhile opens all the same, and is gone as soon as the kernel gets to it, which is a moment
-// later. So the first is who can bear that, and hidapi is the second, who does not wait.
+// The first open of a hidraw device waits for 50 ms in the kernel. A device
+// that is unplugged meanwhile opens all the same, and is gone a moment later. So the library opens
+// first, because it can bear that. hidapi opens second and does not wait.
 std::shared_ptr<const void> keep_open(const std::string& path) {
   if (!path.starts_with('/')) return nullptr;
   const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);

@@ -1,5 +1,5 @@
 /// @file
-/// What the path of a knob means to this system; hid_files.cpp, and hid_files_other.cpp.
+/// A knob's path on this system; hid_files.cpp, and hid_files_other.cpp.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ void refuse_other_files(const std::string& path);
 /// @throws DeviceNotFound if the knob has gone
 [[nodiscard]] std::shared_ptr<const void> keep_open(const std::string& path);
 
-/// What a user is told who may not open it.
+/// Message for a user who may not open it.
 [[nodiscard]] std::string permission_text(const std::string& path);
 
 }  // namespace torsio

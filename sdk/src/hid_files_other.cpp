@@ -1,5 +1,5 @@
-// What a knob's path means where it is no file: to Windows the name of a device interface, to macOS
-// an entry of IOKit's registry. Every user may open them.
+// A knob's path where it is no file. On Windows it names a device interface, on macOS an entry of
+// IOKit's registry. Every user may open them.
 #include "hid_files.hpp"
 #include "hid_transport.hpp"
 

@@ -15,7 +15,7 @@ std::string board_name(std::uint8_t number);
 /// False for the emulated one, which nobody can be hurt by.
 bool moves_parts(std::uint8_t number);
 
-/// What the board finds wrong with its wiring; nullptr if it is newer than this library.
+/// The board's objection to its wiring; nullptr if it is newer than this library.
 device::WiringRule wiring_rule(std::uint8_t number);
 
 }  // namespace torsio

@@ -1,5 +1,5 @@
 /// @file
-/// What a device's configuration lets it give, as its firmware has it too.
+/// A device's limits by its configuration, as its firmware has them too.
 #pragma once
 
 #include "protocol/configuration.hpp"

@@ -20,7 +20,7 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   config.motor_time_constant_s = plant.motor_time_constant_s;
   config.brake_inertia_kg_m2 = plant.brake_inertia_kg_m2;
   if (plant.brake_hysteresis) {
-    // What is out of its range the plant refuses by its own name.
+    // The plant refuses a value out of its range by its own name.
     config.brake_hysteresis_nm = std::max(plant.brake_hysteresis->half_width_nm, 0.0);
   }
   if (plant.electrics) {

@@ -1,5 +1,5 @@
 /// @file
-/// Which process made something: after fork() the child has the memory, but not the threads.
+/// The process that made something: after fork() the child has the memory, but not the threads.
 #pragma once
 
 namespace torsio {

@@ -15,7 +15,7 @@ namespace torsio {
 /// "not_armed", as docs/protocol.md calls it; "status 99" if this library does not know it.
 std::string status_name(std::uint8_t status);
 
-/// What the status means and what to do about it.
+/// Meaning of the status, and advice.
 std::string_view status_advice(std::uint8_t status);
 
 /// "wall"; "report 0x7f" if there is none.

@@ -32,7 +32,8 @@ Session::~Session() { close(false); }
 
 void Session::close(bool disarm_first) noexcept {
   if (closing_.exchange(true)) {
-    // Who closes waits for the callback, or has called it, so the callback must not wait for that.
+    // A closing thread waits for the callback, or has called it. So the callback must not wait for
+    // the close.
     if (events_.tells_here()) return;
     {
       std::unique_lock lock(mutex_);
@@ -96,7 +97,7 @@ bool Session::wait_until(const std::function<bool()>& done, std::int64_t timeout
       timeout_ns < INT64_MAX - begin_ns ? begin_ns + timeout_ns : INT64_MAX;
   auto ask_at = steady_clock::now() + kAskEvery;
   while (true) {
-    // What has arrived counts even if the device is gone now.
+    // Arrived reports count even if the device is gone now.
     if (done()) return true;
     throw_if_gone();
     // To ask a virtual clock takes a lock, so it is asked once a frame.

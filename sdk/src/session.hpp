@@ -192,7 +192,7 @@ class Session {
   class Expectation;
   class Tap;
   class Unasked;
-  /// What a report says about the device.
+  /// Facts about the device from a report.
   struct Said {
     State state;
     Owner owner;

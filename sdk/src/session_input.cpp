@@ -90,7 +90,7 @@ void Session::dispatch(const protocol::Telemetry& report) {
   if (last_tick < stream_from_tick_) return;
   const auto take = [&](const TelemetrySample& sample) {
     if (sample.tick < stream_from_tick_) return;
-    // What a recording has is not lost.
+    // A recording loses nothing.
     bool taken = false;
     for (Listener* listener : listeners_) taken |= listener->take(sample);
     if (!ring_.push(sample) && !taken) ++statistics_.samples_lost;

@@ -20,7 +20,7 @@ std::uint16_t Session::stamp(protocol::ReportBytes& report) {
   return sequence;
 }
 
-/// Has the transport do something. Who finds the device gone tells all.
+/// Has the transport do something. A thread that finds the device gone tells all.
 template <class Act>
 void Session::on_transport(Act&& act) {
   {

@@ -1,5 +1,5 @@
 /// @file
-/// What a call of a session holds for as long as it runs; for session*.cpp alone.
+/// Holds of a session's call while it runs; for session*.cpp alone.
 #pragma once
 
 #include <algorithm>

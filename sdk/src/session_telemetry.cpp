@@ -55,7 +55,7 @@ Session::Listener::Listener(Session& session, TelemetryRecord& into)
 Session::Listener::~Listener() {
   const std::lock_guard lock(session_.mutex_);
   std::erase(session_.listeners_, this);
-  // What came before anybody knew from when on it counts.
+  // Samples from before the start was known.
   if (end_tick_ == UINT64_MAX)
     into_.erase(into_.begin() + static_cast<std::ptrdiff_t>(had_), into_.end());
 }

@@ -1,15 +1,15 @@
 /// @file
-/// Torsio from C, and from whatever can call C: find a knob, open it, arm it, play scenes on it,
-/// record what happens. docs/c.md is the guide.
+/// Torsio from C and languages that call C: find a knob, open it, arm it, play scenes, record.
+/// docs/c.md is the guide.
 ///
-/// Every function but those that free, close or only look something up returns a torsio_result and
-/// gives what it has made through its last pointers. None of them lets an exception out.
+/// Nearly every function returns a torsio_result and gives its product through its last pointers.
+/// Functions that free, close or look something up do not. None of them lets an exception out.
 ///
-/// Threads: a knob and a watch may be used from any thread at any time. `torsio_knob_close` makes
-/// calls that wait in other threads return TORSIO_CLOSED; `torsio_..._free` may be called only when
-/// nobody is in a call with the handle, and nobody calls with it again. Scenes, recordings and
-/// steps belong to one thread at a time. A thread must not be cancelled while it is in a call.
-/// After fork() the child may only exit or exec.
+/// Threads: a knob and a watch may be used from any thread at any time. `torsio_knob_close` ends
+/// calls that wait in other threads with TORSIO_CLOSED. `torsio_..._free` needs that no thread is
+/// in a call with the handle, and none calls with it again. Scenes, recordings and steps belong to
+/// one thread at a time. A thread must not be cancelled while it is in a call. After fork() the
+/// child may only exit or exec.
 ///
 /// Time: with a plugged-in knob, or an emulated one that is `paced`, time is the wall clock's.
 /// Otherwise it is virtual and passes only in calls that wait, as fast as it can be computed.
@@ -29,16 +29,16 @@ extern "C" {
 
 // Errors -----------------------------------------------------------------------------------------
 
-/// What went wrong in this thread the last time, as a sentence; "" if nothing has. Valid until the
-/// next call of this thread that fails.
+/// The last error of this thread, as a sentence; "" without an error. Valid until the next call of
+/// this thread that fails.
 TORSIO_API const char* torsio_last_error(void);
 
-/// A sentence if the knob may swing for ever in what this thread played or streamed last, and which
-/// plays all the same: torsio_knob_play() and torsio_knob_stream_local_model() have succeeded. ""
-/// if not. Valid until the next such call of this thread.
+/// A sentence if the knob may swing for ever in what this thread played or streamed last. It plays
+/// all the same: torsio_knob_play() or torsio_knob_stream_local_model() has succeeded. "" if not.
+/// Valid until the next such call of this thread.
 TORSIO_API const char* torsio_last_warning(void);
 
-/// What the device refused.
+/// Parts of a refusal by the device.
 typedef struct torsio_refusal {
   uint32_t struct_size;            ///< bytes of a torsio_refusal
   char status[TORSIO_TEXT_BYTES];  ///< why, in one word of docs/protocol.md: "not_armed", ...
@@ -107,9 +107,9 @@ TORSIO_API torsio_result torsio_knob_last_disarm(torsio_knob* knob, torsio_disar
 /// The latched faults as the device says now: TORSIO_FAULT_...
 TORSIO_API torsio_result torsio_knob_faults(torsio_knob* knob, uint32_t* faults);
 TORSIO_API torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health);
-/// What motor, brake and shaft have done to the knob, if the law is TORSIO_LAW_CALIBRATED.
+/// Work of motor, brake and shaft on the knob, if the law is TORSIO_LAW_CALIBRATED.
 TORSIO_API torsio_result torsio_knob_energies(torsio_knob* knob, torsio_energies* energies);
-/// What the current sensor has shown and the bridge was told since the board started.
+/// Sums of current readings and of the bridge's shares since the board started.
 TORSIO_API torsio_result torsio_knob_motor_current(torsio_knob* knob,
                                                    torsio_motor_current* motor_current);
 /// The most that the device gives now, and whether it is held low until its parts are confirmed.
@@ -118,13 +118,13 @@ TORSIO_API torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* cloc
 TORSIO_API torsio_result torsio_knob_position_rad(torsio_knob* knob, double* position_rad);
 TORSIO_API torsio_result torsio_knob_statistics(torsio_knob* knob,
                                                 torsio_link_statistics* statistics);
-/// How stiff a spring its parts can render, by the configuration that the device has: beyond it the
-/// knob may swing for ever in a spring or wall, unless the law is `calibrated`.
+/// Stiffest spring that its parts can render, by its configuration. Beyond it the knob may swing
+/// for ever, unless the law is `calibrated`.
 TORSIO_API torsio_result torsio_knob_stable_stiffness(torsio_knob* knob,
                                                       torsio_stable_stiffness* stiffness);
-/// What games do with the device over its game interface.
+/// Effects of games on the device.
 TORSIO_API torsio_result torsio_knob_game_status(torsio_knob* knob, torsio_game_status* status);
-/// The effects that games have made; parameters as those of torsio_list_devices().
+/// The effects that games have made; parameters as in torsio_list_devices().
 TORSIO_API torsio_result torsio_knob_game_effects(torsio_knob* knob, torsio_game_effect* effects,
                                                   size_t capacity, size_t item_size, size_t* count);
 
@@ -153,8 +153,8 @@ TORSIO_API torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene*
 /// the device refuses later only counts, in torsio_knob_statistics().
 TORSIO_API torsio_result torsio_knob_stream_local_model(torsio_knob* knob,
                                                         const torsio_local_model* model);
-/// Plays one piece of a bounded experiment past scene and law; the knob must be armed, and is
-/// disarmed when the piece is over and no next one has come, or a bound is left.
+/// Plays one piece of a bounded experiment past scene and law. The knob must be armed. It disarms
+/// at the end of the piece without a next one, and beyond a bound.
 TORSIO_API torsio_result torsio_knob_excite(torsio_knob* knob, const torsio_excitation* excitation);
 
 /// Takes the oldest event that nobody has taken yet.
@@ -239,15 +239,15 @@ TORSIO_API torsio_result torsio_emulator_advance(torsio_knob* knob, double durat
 /// @param item_size sizeof(torsio_truth_sample)
 TORSIO_API torsio_result torsio_emulator_truth(torsio_knob* knob, torsio_truth_sample* samples,
                                                size_t capacity, size_t item_size, size_t* count);
-/// What no sensor sees of the electrics, now. TORSIO_ERROR unless the plant has electrics.
+/// True electric values, now. TORSIO_ERROR unless the plant has electrics.
 TORSIO_API torsio_result torsio_emulator_electrics(torsio_knob* knob,
                                                    torsio_electrics_state* state);
 /// Pulls the plug. As with hardware the knob must be opened again.
 TORSIO_API torsio_result torsio_emulator_unplug(torsio_knob* knob);
 TORSIO_API torsio_result torsio_emulator_set_emergency_stop(torsio_knob* knob, bool pressed);
 TORSIO_API torsio_result torsio_emulator_set_actuator_fault(torsio_knob* knob, bool present);
-/// What the current sensor shows from now on, a torsio_current_sensor_state. TORSIO_ERROR unless
-/// the plant has electrics.
+/// State of the current sensor from now on, a torsio_current_sensor_state. TORSIO_ERROR unless the
+/// plant has electrics.
 TORSIO_API torsio_result torsio_emulator_set_current_sensor(torsio_knob* knob, int32_t state);
 /// The supply gives that many volts from now on, 0 to 1000. TORSIO_ERROR unless the plant has
 /// electrics.

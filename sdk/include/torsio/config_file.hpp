@@ -17,8 +17,8 @@ namespace torsio {
 /// @throws what Knob::actuator_config() does
 [[nodiscard]] TORSIO_EXPORT std::string dump_config(Knob& knob);
 
-/// Sets what such a text has, and saves it. What it does not name stays; if the knob does not take
-/// all of it, everything stays.
+/// Sets what such a text has, and saves it. Fields that it does not name stay. If the knob refuses
+/// a part, everything stays.
 /// @throws InvalidArgument it is no such text, or has a field or a value that the knob does not
 ///         take; Refused somebody has the actuator
 TORSIO_EXPORT void load_config(Knob& knob, std::string_view text);

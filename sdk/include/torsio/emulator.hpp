@@ -20,16 +20,16 @@ namespace torsio {
 /// The same of its shaft: the knee where it hardens.
 [[nodiscard]] TORSIO_EXPORT ShaftConfig matching_shaft(const PlantParams& plant);
 
-/// The game interface of an emulated knob, for the tests of those who talk to it: reports as bytes,
-/// each beginning with its id; docs/games.md has them all. They take effect at the next control
-/// tick. Lives as long as its Emulator.
+/// The game interface of an emulated knob, for tests of drivers. Reports are bytes that begin with
+/// their id; docs/games.md has them all. They take effect at the next control tick. Lives as long
+/// as its Emulator.
 class TORSIO_EXPORT GamePort {
  public:
   GamePort(const GamePort&) = delete;
   GamePort& operator=(const GamePort&) = delete;
   virtual ~GamePort() = default;
 
-  /// An output report. What does not fit is ignored, as on the bus.
+  /// An output report. A report that does not fit is ignored, as on the bus.
   virtual void write(std::span<const std::uint8_t> report) = 0;
   /// The next input report; empty if there is nothing new.
   [[nodiscard]] virtual std::vector<std::uint8_t> read() = 0;
@@ -62,16 +62,17 @@ class TORSIO_EXPORT Emulator {
   /// Lets time pass, like Knob::sleep().
   virtual void advance(double duration_s) = 0;
 
-  /// What no sensor sees, one sample a control tick since the last call, which takes them.
+  /// True values that no sensor sees, one sample a control tick since the last call. The call takes
+  /// them.
   /// @throws Error unless opened with EmulatorOptions::log_truth
   [[nodiscard]] virtual std::vector<TruthSample> truth() = 0;
 
-  /// What entered the device since the last call, which takes it: reports, counts of the encoder,
-  /// everything of its world that it notices.
+  /// All inputs of the device since the last call: reports, counts of the encoder, everything of
+  /// its world that it notices. The call takes them.
   /// @throws Error unless opened with EmulatorOptions::log_inputs
   [[nodiscard]] virtual std::vector<DeviceInput> inputs() = 0;
 
-  /// What no sensor sees of the electrics, now.
+  /// True electric values, now.
   /// @throws Error unless the plant has electrics
   [[nodiscard]] virtual ElectricsState electrics() const = 0;
 

@@ -1,5 +1,5 @@
 /// @file
-/// What the library throws. Every message says what was wrong and what to do about it.
+/// Exceptions of the library. Every message says what was wrong and what to do about it.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ class TORSIO_EXPORT Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 
-  /// What Knob::record() had when it ended early. None if something else has thrown this.
+  /// Samples of a Knob::record() that ended early. None if something else has thrown this.
   [[nodiscard]] const std::shared_ptr<const std::vector<TelemetrySample>>& samples()
       const noexcept {
     return samples_;
@@ -63,7 +63,7 @@ class TORSIO_EXPORT ProtocolMismatch : public Error {
   using Error::Error;
 };
 
-/// The device said no. What plays goes on.
+/// The device said no. The old scene goes on.
 class TORSIO_EXPORT Refused : public Error {
  public:
   /// For the library; the arguments are what the members below give.

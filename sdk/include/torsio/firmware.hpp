@@ -33,15 +33,15 @@ struct FirmwareFile {
 ///         read
 [[nodiscard]] TORSIO_EXPORT FirmwareFile read_firmware(const std::filesystem::path& path);
 
-/// What an update asks a knob before and after.
+/// A knob's answers before and after an update.
 struct ExaminedKnob {
   DeviceInfo info{};            ///< who it is
   Owner owner = Owner::none;    ///< who has the actuator
   std::string configuration{};  ///< as dump_config() gives it
 };
 
-/// Where an update finds knobs and drives. What is left empty is the computer's own; others are for
-/// tests, and for knobs behind a transport of one's own.
+/// Where an update finds knobs and drives. Empty members mean the computer's own. Others are for
+/// tests, and for knobs behind your own transport.
 struct FirmwareHost {
   std::function<std::vector<ListedDevice>()> list_devices{};        ///< as list_devices()
   std::function<ExaminedKnob(const std::string& path)> examine{};   ///< throws as Knob::open()
@@ -60,7 +60,7 @@ struct UpdateOptions {
   FirmwareHost host{};                          ///< where knobs and drives are
 };
 
-/// What an update would do: made by prepare_update(), done by carry_out().
+/// Plan of an update: made by prepare_update(), done by carry_out().
 struct FirmwarePlan {
   FirmwareFile file{};                   ///< what will be copied
   std::optional<ListedDevice> device{};  ///< none: a board that waits in its boot loader already
@@ -71,11 +71,11 @@ struct FirmwarePlan {
 
   /// The knob is of another release, whose configuration the new firmware cannot read.
   [[nodiscard]] bool loses_configuration() const { return device && !before; }
-  /// The plan in a sentence, for whoever is asked for consent.
+  /// The plan in a sentence, to ask for consent.
   [[nodiscard]] TORSIO_EXPORT std::string text() const;
 };
 
-/// What an update has done.
+/// Result of an update.
 struct FirmwareUpdate {
   FirmwareFile file{};                 ///< what was copied
   std::optional<DeviceInfo> before{};  ///< none if it could not be asked
@@ -88,9 +88,9 @@ struct FirmwareUpdate {
 
 /// Looks whether a file is for a knob, and what an update would do. Changes nothing.
 /// @param selector path or serial number; empty for the only knob, or for a board that waits in its
-///                 boot loader already, as one does that was plugged in with its button held
-/// @throws InvalidArgument  the file is not whole, not firmware, for another board, or of another
-///                          release than this library, which could not talk to the knob any more
+///                 boot loader, as after plugging in with its button held
+/// @throws InvalidArgument  the file is not whole, not firmware, or for another board; or its
+///                          release cannot talk to this library
 /// @throws DeviceBusy       another program or a game has the knob
 /// @throws DeviceNotFound, PermissionDenied, Disconnected, Interrupted, Error
 [[nodiscard]] TORSIO_EXPORT FirmwarePlan prepare_update(const std::filesystem::path& path,
@@ -100,7 +100,7 @@ struct FirmwareUpdate {
 /// Does it: disarms, starts the boot loader, waits for its drive, copies, waits for the knob, and
 /// looks what runs. The saved configuration stays, unless the plan says that it is lost.
 /// @throws Timeout          drive or knob did not come; says what to do
-/// @throws Error            copying failed, or what runs now is not what was copied
+/// @throws Error            copying failed, or other firmware runs now
 /// @throws InvalidArgument, Refused, DeviceBusy, Disconnected, Interrupted
 TORSIO_EXPORT FirmwareUpdate carry_out(const FirmwarePlan& plan);
 

@@ -14,16 +14,15 @@ namespace torsio {
 
 /// A knob was plugged in or pulled out.
 struct DeviceEvent {
-  /// Which of the two.
+  /// Kind of the event.
   enum class Kind : std::uint8_t { arrived, departed };
 
   Kind kind;  ///< what happened
-  /// As list_devices() has it, but without `board`: the device is not opened, so that a watch never
-  /// gets into the way of whoever opens it.
+  /// As list_devices() has it, but without `board`: a watch never opens the device, so you can.
   ListedDevice device;
 };
 
-/// What a watch tells, and when.
+/// Options of a watch.
 struct WatchOptions {
   /// Report the knobs that are there already as arrivals, first of all.
   bool include_present = true;
@@ -51,8 +50,8 @@ class TORSIO_EXPORT DeviceWatch {
   ///         no descriptor
   explicit DeviceWatch(const WatchOptions& options = {});
 
-  /// Calls back from a thread of the watch, one event after the other, and under no lock: the
-  /// callback may open knobs and call stop(). What it throws ends the watch, and stop() throws it.
+  /// Calls back from a thread of the watch, one event after the other, without a lock. The callback
+  /// may open knobs and call stop(). Its exception ends the watch, and stop() throws it.
   explicit DeviceWatch(Callback callback, const WatchOptions& options = {});
 
   ~DeviceWatch();  ///< as stop(), but throws nothing; not from the callback

@@ -26,14 +26,14 @@ namespace torsio {
 struct Connection;
 class Session;
 
-/// What record() gives: samples, and whether the torque was there all the time.
+/// Result of record(): samples, and whether the torque was there all the time.
 struct TelemetryRecord : std::vector<TelemetrySample> {
   using std::vector<TelemetrySample>::vector;
   /// How the torque went during the recording, if it did.
   std::optional<Disarm> disarmed{};
   /// It begins without torque and ends armed.
   bool armed_late = false;
-  /// What had come before it and nobody had read, which cannot be read any more.
+  /// Earlier samples that nobody had read. They cannot be read any more.
   std::vector<TelemetrySample> unread_before{};
 };
 
@@ -80,7 +80,7 @@ class TORSIO_EXPORT Steps {
 
 /// How a knob is opened.
 struct OpenOptions {
-  /// What an emulated knob is like. With a selector that means real hardware they are an error.
+  /// Options of an emulated knob. With a selector that means real hardware they are an error.
   std::optional<EmulatorOptions> emulator{};
   double command_timeout_s = 1.0;  ///< longest wait for an answer of the device
   /// Telemetry kept until it is read; the oldest goes first. 1 to 2^24, 64 bytes each.
@@ -91,16 +91,16 @@ struct OpenOptions {
   std::function<bool()> interrupted{};
 };
 
-/// Opens a device as Knob::open() does, but asks it nothing: for a transport of one's own that adds
-/// to it.
+/// Opens a device as Knob::open() does, but asks it nothing: for your own transport that adds to
+/// it.
 /// @param options of these only `emulator`
 /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, InvalidArgument
 [[nodiscard]] TORSIO_EXPORT std::unique_ptr<Transport> open_transport(
     std::string_view selector = {}, const OpenOptions& options = {});
 
 /// Disarms a device and has it wait for new firmware, as a drive of its boot loader. It stays there
-/// until a file was copied onto the drive or it was unplugged. Devices of other releases understand
-/// this too, which Knob::open() refuses.
+/// until a file was copied onto the drive or it was unplugged. This also works for devices of other
+/// releases.
 /// @param options of these `emulator`, `command_timeout_s` and `interrupted`
 /// @throws Refused (unsupported: it has no boot loader, as an emulated one); as Knob::open(), but
 ///         for ProtocolMismatch; Timeout
@@ -109,11 +109,11 @@ TORSIO_EXPORT void start_bootloader(std::string_view selector = {},
 
 /// An open knob. Movable, not copyable.
 ///
-/// Every member may be called from any thread, except that nobody else may be in a call while the
-/// knob is moved or destroyed; close() is safe at any time and makes waiting calls throw Closed.
-/// Besides the errors that are named, members that talk to the device throw Disconnected once the
-/// device is unplugged, Timeout when the device does not answer within `command_timeout_s`, and
-/// Interrupted; after close() all but close() and is_open() throw Closed.
+/// You may call every member from any thread. Do not move or destroy the knob while another thread
+/// is in a call. close() is safe at any time and makes waiting calls throw Closed. Members that
+/// talk to the device also throw Disconnected once it is unplugged, Timeout without an answer
+/// within `command_timeout_s`, and Interrupted; after close() all but close() and is_open() throw
+/// Closed.
 ///
 /// Time-outs and durations count in the device's time: the wall clock, or the virtual clock of an
 /// emulated device that is not paced.
@@ -140,14 +140,14 @@ class TORSIO_EXPORT Knob {
   /// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator,
   /// and lets go of it. May be called twice.
   void close() noexcept;
-  /// The first that close() does: disarms, unless as above. For whoever has files to finish before
-  /// he closes.
+  /// The first that close() does: disarms, unless as above. Use it if you must finish files before
+  /// you close.
   void disarm_to_close() noexcept;
   [[nodiscard]] bool is_open() const noexcept;  ///< false from close() on
 
   // What it is -------------------------------------------------------------------------------
 
-  /// Who it is and what it can do.
+  /// Identity and abilities of the device.
   [[nodiscard]] DeviceInfo info() const;
   /// As last heard of; costs nothing. @throws Closed
   [[nodiscard]] State state() const;
@@ -157,29 +157,28 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] std::vector<std::string> faults();
   /// State and counters, as the device says now.
   [[nodiscard]] Health health();
-  /// What motor, brake and shaft have done to the knob, if the law is `calibrated`; and how stiff
-  /// a wall is rendered now. docs/theory.md, "Bounded stiffness".
+  /// Work of motor, brake and shaft on the knob, if the law is `calibrated`; and the stiffest wall
+  /// now. docs/theory.md, "Bounded stiffness".
   [[nodiscard]] Energies energies();
-  /// What the current sensor has shown and the bridge was told since the board started, if it has
-  /// a current sensor.
+  /// Sums of current readings and of the bridge's shares since the board started, if it has a
+  /// current sensor.
   [[nodiscard]] MotorCurrent motor_current();
   /// The most that the device gives now, and whether it is held low until its parts are confirmed
   /// and known.
   [[nodiscard]] Limits limits();
   [[nodiscard]] Clock clock();          ///< Time and position now, both exact.
   [[nodiscard]] double position_rad();  ///< The angle now, from the device's zero.
-  /// What went over this end of the cable since the knob was opened, and what was lost.
+  /// Counts of reports at this end of the cable since the knob was opened, and of losses.
   [[nodiscard]] LinkStatistics statistics() const;
-  /// How stiff a spring its parts can render, by the configuration that the device has: beyond it
-  /// the knob may swing for ever in a spring or wall, at full torque, unless the law is
-  /// `calibrated`. docs/theory.md, "Stability".
+  /// Stiffest spring that its parts can render, by its configuration. Beyond it the knob may swing
+  /// for ever at full torque, unless the law is `calibrated`. docs/theory.md, "Stability".
   [[nodiscard]] StableStiffness stable_stiffness();
-  /// Copies of the reports that travel from now on, until nobody has it any more; before them, as
-  /// sent, those of the scene that plays, if this library has played it.
+  /// Copies of the reports that travel from now on, until you drop the tap. Before them come the
+  /// reports of the current scene, if this library played it.
   [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
   /// A feature report as it is; docs/protocol.md has them. @throws Error if the device stalls
   [[nodiscard]] ReportBytes feature(std::uint8_t report_id);
-  /// What games do with the device over its game interface.
+  /// Effects of games on the device.
   [[nodiscard]] GameStatus game_status();
   /// The effects that games have made, in the order of their blocks. Those of one report are of the
   /// same moment, three of them.
@@ -207,8 +206,8 @@ class TORSIO_EXPORT Knob {
   std::string play(const Scene& scene);
   std::string play(const Effect& effect) { return play(Scene{effect}); }  ///< One effect.
 
-  /// Sends a local model and does not wait for the device. If state() is not armed nothing is sent;
-  /// what the device refuses later only counts, in statistics().
+  /// Sends a local model and does not wait for the device. If state() is not armed, nothing is
+  /// sent. A later refusal by the device only counts, in statistics().
   /// @returns as play(), of model and scene together; for a model that is stiffer or damps more
   ///          than all before it. No law bounds a local model.
   /// @throws InvalidArgument, Refused (not_armed)
@@ -222,16 +221,16 @@ class TORSIO_EXPORT Knob {
 
   // Events -----------------------------------------------------------------------------------
 
-  /// Takes what the device has told of itself and nobody has taken yet, oldest first: changes of
-  /// state and owner, faults, silence, missed deadlines, the end of the connection. 1,024 are kept;
-  /// what is older counts as lost in statistics().
+  /// Takes the device's events that nobody has taken yet, oldest first: changes of state and owner,
+  /// faults, silence, missed deadlines, the end of the connection. 1,024 are kept; what is older
+  /// counts as lost in statistics().
   /// @param timeout_s how long to wait for one if there is none
   [[nodiscard]] std::vector<Event> events(double timeout_s = 0.0);
 
-  /// Calls back with every event from now on, one after the other and under no lock: from a thread
-  /// of the knob, or, in virtual time, from the thread that lets time pass. The callback may call
-  /// any member. What it throws ends it, and the next on_event() throws that. An empty function
-  /// ends it too.
+  /// Calls back with every event from now on, one after the other and without a lock. A thread of
+  /// the knob calls; in virtual time it is the thread that lets time pass. The callback may call
+  /// any member. An exception of the callback ends it, and the next on_event() throws the
+  /// exception. An empty function ends it too.
   void on_event(std::function<void(const Event&)> callback);
 
   // Configuration ----------------------------------------------------------------------------
@@ -274,11 +273,10 @@ class TORSIO_EXPORT Knob {
   /// @param rate_hz highest rate wanted, up to the control rate and 4,000 Hz; the device sends
   ///        every n-th tick. None takes the highest rate up to 3,600 Hz, which leaves the cable
   ///        room for answers. Above that samples are lost if commands are sent all the time.
-  /// @param prompt have the device report in every frame, a millisecond, the newest samples that
-  ///        are there, at most 4, instead of full reports: for loops that use latest(). Without a
-  ///        rate this is 2,000 Hz. The rate may be the control rate then, for the newest tick that
-  ///        there is; above 4,000 Hz what a report has no room for is left out, and counted as
-  ///        lost.
+  /// @param prompt have the device report in every frame of a millisecond, with at most 4 of the
+  ///        newest samples, for loops that use latest(). Without a rate this is 2,000 Hz. The rate
+  ///        may then be the control rate. Above 4,000 Hz a report has no room for all samples; the
+  ///        others count as lost.
   /// @returns the true rate
   /// @throws InvalidArgument that says which rates this knob has
   double start_telemetry(std::optional<double> rate_hz = {}, bool prompt = false);
@@ -300,17 +298,15 @@ class TORSIO_EXPORT Knob {
 
   /// Lets `duration_s` pass and returns every sample of that span. Starts telemetry if it does not
   /// run, or if a rate is given as in start_telemetry(). It returns up to 10 ms late, when the last
-  /// sample has arrived.
-  /// Threads may record at the same time. If it ends early the samples that came can still be read,
-  /// and what the library throws has all of them: Error::samples().
+  /// sample has arrived. Threads may record at the same time. If it ends early, the exception has
+  /// all samples: Error::samples(). They can also still be read.
   /// @param must_stay_armed throw Disarmed if it is not armed, or when the torque goes meanwhile;
   ///        else TelemetryRecord::disarmed tells
   /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
   /// up; Disarmed
   [[nodiscard]] TelemetryRecord record(double duration_s, std::optional<double> rate_hz = {},
                                        bool must_stay_armed = false);
-  /// The same, but puts the samples behind those of `into` as they come: they are there however it
-  /// ends.
+  /// The same, but appends the samples to `into` as they come: they are there however it ends.
   void record(TelemetryRecord& into, double duration_s, std::optional<double> rate_hz = {},
               bool must_stay_armed = false);
 

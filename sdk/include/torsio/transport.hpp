@@ -24,7 +24,7 @@ struct LoggedReport {
   ReportBytes bytes{};     ///< as it travelled
 };
 
-/// What Knob::tap() gives. May be used from any thread.
+/// Result of Knob::tap(). May be used from any thread.
 class TORSIO_EXPORT ReportTap {
  public:
   ReportTap() = default;
@@ -36,13 +36,13 @@ class TORSIO_EXPORT ReportTap {
   [[nodiscard]] virtual std::vector<LoggedReport> take() = 0;
 };
 
-/// An open connection to one device. It moves whole reports, as USB HID has them, and nothing else:
-/// everything above works the same over a cable, over the emulated device and over a user's own
-/// transport, which Knob::open() takes. Whatever opens the connection comes before, in a
-/// constructor or a function; see open_transport().
+/// An open connection to one device. It moves whole reports, as USB HID does. Everything above
+/// works the same over a cable, over the emulated device and over your own transport, which
+/// Knob::open() takes. Open the connection before, in a constructor or a function; see
+/// open_transport().
 ///
-/// `read` and `advance_to` are called by one thread at a time; the other members may be called from
-/// any thread at any time, also while another one is in `read`.
+/// `read` and `advance_to` are called by one thread at a time. Any thread may call the others at
+/// any time, also while another thread is in `read`.
 ///
 /// A member that finds the device gone throws Disconnected. Anything else derived from
 /// std::exception that comes out of `read` counts as that too: its text is what the user is told.

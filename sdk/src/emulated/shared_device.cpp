@@ -90,7 +90,7 @@ void SharedDevice::run_paced() {
     // A machine that slept must not make the world race.
     const auto now = steady_clock::now();
     if (now - next > kHopelesslyLate) next = now;
-    // Also if there is no time left: whoever waits is next.
+    // Also if there is no time left: a waiting thread is next.
     lock.unlock();
     lock.lock();
     news_.wait_until(lock, next, [&] { return closed_ || steady_clock::now() >= next; });
