@@ -98,7 +98,6 @@ def layered(tmp_path_factory: pytest.TempPathFactory) -> LayeredTree:
         ("bindings/src/planted.cpp", '#include "sdk/src/session.hpp"'),
         ("examples/cpp/planted.cpp", '#include "emulator/plant/plant.hpp"'),
         ("examples/game/planted.cpp", '#include "torsio/knob.hpp"'),
-        ("examples/game/lock.cpp", "#include <SDL.h>"),
     ],
 )
 def test_layer_check_finds_a_planted_violation(layered: LayeredTree, file: str, line: str) -> None:

@@ -277,12 +277,10 @@ RULES = (
         ("emulator", "conversion/swings.hpp"),
     ),
     Rule("examples/cpp", "smallest useful programs, each run by the tests", ("torsio",)),
-    Rule("examples/game/lock.cpp", "the game's lock, which knows nothing of SDL", ("game",)),
-    Rule("examples/game/lock.hpp", "likewise", ("game",)),
     Rule(
         "examples/game",
         "a game that knows nothing of Torsio",
-        ("game",),
+        (),
         third_party=r"SDL\.h",
         others="SDL",
     ),

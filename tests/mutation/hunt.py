@@ -113,7 +113,7 @@ class Health:
         return sorted(dict.fromkeys(names), key=lambda name: self.takes_s.get(name, 20.0))
 
 
-LAYERS = ("core", "protocol", "device", "emulator", "usbip", "sdk", "game")
+LAYERS = ("core", "protocol", "device", "emulator", "usbip", "sdk")
 TARGETS = {"asan-ubsan": [f"torsio_{layer}_tests" for layer in LAYERS], "release": ["_torsio"]}
 PRODUCTS = {"asan-ubsan": "tests/cpp/torsio_*_tests", "release": "bindings/_torsio*.so"}
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--no-header")

@@ -207,8 +207,8 @@ def game(arguments: Sequence[str]) -> int:
     """Build the example game and play it."""
     with lock():
         environment.set_up("tests", "game")
-        building.build_preset("dev", "", "--target", "torsio_lockpick")
-    become(BUILD / "dev/examples/game/lockpick", *arguments)
+        building.build_preset("dev", "", "--target", "torsio_safe")
+    become(BUILD / "dev/examples/game/safe", *arguments)
 
 
 def studio(arguments: Sequence[str]) -> int:

@@ -136,7 +136,7 @@ GROUPS = {
         "C++ with address and undefined-behaviour sanitizers; fuzzing, mutants, lives",
         (
             *("tests/test_cpp.py", "tests/test_fuzz.py", "tests/test_mutation.py"),
-            *("tests/test_determinism.py", "tests/test_endurance.py", "tests/test_game.py"),
+            *("tests/test_determinism.py", "tests/test_endurance.py"),
         ),
         ("release", "asan-ubsan", "python"),
         _COVERED_BY_CPP,
