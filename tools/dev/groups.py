@@ -185,7 +185,7 @@ GROUPS = {
         "guides that run, links, what pages say of the code",
         (
             *("tests/test_guides.py", "tests/test_hardware_guide.py", "tests/test_site.py"),
-            *("tests/test_troubleshooting.py", "tests/test_prose.py"),
+            *("tests/test_troubleshooting.py", "tests/test_prose.py", "tests/test_results.py"),
         ),
         ("release", "python", "page", "documents"),
         (
@@ -196,6 +196,7 @@ GROUPS = {
             "studio",
             "tools",
             "tests/c",
+            "tests/bench",
             "tests/vm/guest",
         ),
     ),
