@@ -1,5 +1,5 @@
 /// @file
-/// What every board says of itself, in the header of its own folder.
+/// Every board's facts about itself, in the header of its own folder.
 #pragma once
 
 #include <cstdint>

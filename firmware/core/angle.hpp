@@ -1,7 +1,7 @@
 /// @file
-/// Angles that stay exact however far the knob has turned: positions are integer counts, reference
-/// angles are counts plus a fraction, and phases of what repeats along the angle are 64-bit
-/// fractions that wrap by themselves. Only differences become floating point.
+/// Angles that stay exact however far the knob has turned. Positions are integer counts. Reference
+/// angles are counts plus a fraction. Phases of periodic effects are 64-bit fractions that wrap by
+/// themselves. Only differences become floating point.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 /// @file
-/// What the magnetic particle brake can hold, from what it was told.
+/// Capacity of the magnetic particle brake, from its commands.
 #pragma once
 
 #include "core/math.hpp"
@@ -20,7 +20,7 @@ struct BrakeState {
   float coil_nm = 0;      // the same before the hysteresis; of model_real_brake() only
 };
 
-/// What is left after a period of what a lag has still to make up for.
+/// Share of a lag's difference that is left after a period.
 /// @param time_constant_s >= 0; 0 is no lag
 constexpr float decay_of(float time_constant_s, float period_s) {
   return time_constant_s > 0.0F ? exp_negative(period_s / time_constant_s) : 0.0F;
@@ -33,7 +33,7 @@ constexpr BrakeParams make_brake_params(float time_constant_s, float period_s, f
   return {decay, floor_nm, drag_nm, decay, 0.0F};
 }
 
-/// What a sensor may take the brake to hold: drag included, and not below the floor.
+/// Bound of the sensor: the brake's capacity with drag, not below the floor.
 constexpr float sensed_capacity(const BrakeState& state, const BrakeParams& params) {
   return larger(state.capacity_nm + params.drag_nm, params.floor_nm);
 }

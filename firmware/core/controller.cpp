@@ -68,8 +68,8 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
-/// The law's shares, and on top of the motor's what the scene's impacts give: the brake is too slow
-/// for a knock, and what is left of the motor is known only then.
+/// The law's shares, with the scene's impacts on top of the motor's. The brake is too slow for a
+/// knock, and only now is the motor's rest known.
 [[gnu::noinline]] Shares share_with_impacts(ControllerState& state, const ControllerParams& params,
                                             const Overlay& overlay, const Scene& scene,
                                             const Motion& motion, float desired_nm,

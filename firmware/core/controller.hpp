@@ -47,8 +47,8 @@ struct ControllerState {
   SceneState scene;            // last, for it is large
 };
 
-/// What is rarely there beside the scene: (scene + local) * gain + extra, bounded. The ordinary
-/// tick without it is spared all of that.
+/// Rare parts beside the scene: (scene + local) * gain + extra, bounded. The ordinary tick without
+/// it is spared all of that.
 struct Overlay {
   const LocalModel* local = nullptr;      // nullptr: nothing is streamed
   float gain = 1;                         // 0 to 1, for a soft start
@@ -62,7 +62,7 @@ struct Overlay {
                              // time, and the bound knows of no change but the knob's
 };
 
-/// What a law and its parts need beside the scene.
+/// Inputs of a law and its parts beside the scene.
 constexpr Overlay overlay_of(const ControllerParams& params) {
   Overlay overlay;
   overlay.bounds = overlay.ledger = traits(params.partition.law).bounds;
@@ -82,7 +82,7 @@ constexpr bool is_needed(const Overlay& overlay) {
   return overlay.ledger || overlay.bent || overlay.impacts;
 }
 
-/// What the scene asked of a law that bounds at the last tick, and what its impacts gave.
+/// The scene's torque for a law that bounds, at the last tick, and its impacts' torque.
 inline float asked_torque(const ControllerState& state, const Overlay& overlay) {
   return asked_torque(state.bound) + (overlay.impacts ? state.scene.knock_nm : 0.0F);
 }

@@ -21,10 +21,10 @@ struct CurrentLoopState {
   float integral_v = 0;
 };
 
-/// A PI controller whose zero cancels the winding's pole exp(-resistance period / inductance). What
-/// is left is an integrator: the current then approaches its target with the given bandwidth, which
-/// is held at a tenth of the control rate, because the voltage acts one period after the current
-/// was measured.
+/// A PI controller whose zero cancels the winding's pole exp(-resistance period / inductance). The
+/// rest is an integrator: the current then approaches its target with the given bandwidth, which is
+/// held at a tenth of the control rate, because the voltage acts one period after the current was
+/// measured.
 /// @param resistance_ohm, inductance_h, bandwidth_hz, period_s, supply_v all > 0
 constexpr CurrentLoopParams make_current_loop(float resistance_ohm, float inductance_h,
                                               float bandwidth_hz, float period_s, float supply_v) {

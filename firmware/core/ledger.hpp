@@ -1,6 +1,6 @@
 /// @file
-/// What motor and shaft spring have given to the knob, in whole numbers: sums of any length lose
-/// nothing, and what goes to and fro comes out at exactly nothing.
+/// Energy that motor and shaft spring have given to the knob, in whole numbers. Sums of any length
+/// lose nothing, and motion to and fro gives exactly nothing.
 #pragma once
 
 #include <cstdint>

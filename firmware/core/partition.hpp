@@ -1,6 +1,6 @@
 /// @file
-/// Which part of the desired torque the motor gives and how much the brake may hold. All of a law
-/// is here: its row in the table and its case; docs/theory.md derives them.
+/// The motor's part of the desired torque, and the brake's. All of a law is here: its row in the
+/// table and its case; docs/theory.md derives them.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace torsio::core {
 
-/// What is to be known of a law beside its equations.
+/// Facts about a law beside its equations.
 struct LawTraits {
   bool counts_drag = false;  // the sensor takes the drag of a brake without current into account
   bool brakes = true;        // the brake carries its share
@@ -107,9 +107,9 @@ constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm
   return {most_nm, most_nm / full_rad_s};
 }
 
-/// What the law calibrated has the motor do where the scene asks for nothing: cancel the spring as
-/// far as the brake still holds it by a current that goes on in its coil, so that a knob leaves a
-/// stiff wall and is not drawn back, and help along what turns.
+/// The motor's torque in free air under the law calibrated. It cancels the spring as far as a
+/// decaying current in the brake's coil holds it, so a stiff wall does not draw the knob back. It
+/// also helps along a turning knob.
 /// @param coil_nm what the brake is made to hold by its current, >= 0
 constexpr float share_free_air(const PartitionParams& params, const AssistParams& assist,
                                float spring_nm, float coil_nm, float speed_rad_s) {

@@ -9,7 +9,7 @@ namespace {
 // A knob that trembles at a surface has not been away from it.
 constexpr float kAwayCounts = 4.0F;
 
-/// What every effect may look at.
+/// Inputs of every effect.
 struct Moment {
   const Scene& scene;
   const Motion& motion;
@@ -19,8 +19,8 @@ struct Moment {
   std::uint32_t slot;
 };
 
-// What several effects use is inlined nevertheless: a call would put the moment and the motion into
-// memory in every tick.
+// Code that several effects use is inlined nevertheless: a call would put the moment and the motion
+// into memory in every tick.
 [[gnu::always_inline]] inline float distance_rad(const Origin& origin, const Moment& now) {
   return offset_rad(now.motion.position_counts, origin, now.resolution.rad_per_count);
 }
@@ -186,7 +186,7 @@ void begin_impact(ImpactState& state, const Impact& impact, float inward_rad_s,
   state.pulse_nm = impact.pulse_nm_s_per_rad * inward_rad_s;
 }
 
-/// What sine and pulse give now, outward.
+/// Torque of sine and pulse now, outward.
 float knock(ImpactState& state, const Impact& impact, float inward_rad_s) {
   if (state.ticks != 0) {
     state.phase += impact.phase_per_tick;
@@ -199,8 +199,8 @@ float knock(ImpactState& state, const Impact& impact, float inward_rad_s) {
                          impact.torque_limit_nm);
 }
 
-/// What may be given of a push outward: only so much energy as it has taken, if the knob goes on
-/// moving as in the last tick, and a count more.
+/// Allowed part of a push outward: only the energy that it has taken, if the knob goes on moving as
+/// in the last tick, and a count more.
 float bound_push(const ImpactState& state, const Impact& impact, const Moment& now, float push_nm) {
   const float inward_rad = -impact.outward * now.motion.delta_rad;
   if (push_nm * inward_rad >= 0.0F) return push_nm;  // it takes
@@ -208,9 +208,9 @@ float bound_push(const ImpactState& state, const Impact& impact, const Moment& n
   return clamp_symmetric(push_nm, larger(state.taken_j, 0.0F) / motion_rad);
 }
 
-/// What it asks, outward. It takes energy from a knob that comes in, and gives some of that back.
-/// As soon as it has given more, but for a count, it ends, so that whatever else is there, nothing
-/// can bounce on it for ever.
+/// Its torque, outward. It takes energy from a knob that comes in, and gives some of that back. As
+/// soon as it has given more, but for a count, it ends, so that whatever else is there, nothing can
+/// bounce on it for ever.
 float ask_push(ImpactState& state, const Impact& impact, const Moment& now) {
   const float depth_rad = -impact.outward * distance_rad(impact.surface, now);
   if (depth_rad <= 0.0F) {
@@ -229,8 +229,8 @@ float ask_push(ImpactState& state, const Impact& impact, const Moment& now) {
   return bound_push(state, impact, now, knock(state, impact, inward_rad_s));
 }
 
-/// A switch instead of std::visit: no table of pointers, and the compiler may inline. What none of
-/// the kinds matches is an empty slot, the variant's first alternative.
+/// A switch instead of std::visit: no table of pointers, and the compiler may inline. An empty slot
+/// is the variant's first alternative, which no kind matches.
 template <std::size_t... Index>
 float dispatch(const Effect& effect, const Moment& now, std::index_sequence<Index...>) {
   float result = 0.0F;

@@ -14,7 +14,7 @@ namespace torsio::core {
 inline constexpr std::uint8_t kMaxEffects = 16;
 inline constexpr std::uint16_t kCurvePoolPoints = 1024;
 
-/// What plays. Written as a whole and then left alone; only the effects in `order` are looked at.
+/// The scene. Written as a whole and then left alone; only the effects in `order` are looked at.
 struct Scene {
   std::array<Effect, kMaxEffects> effect;
   std::array<std::uint8_t, kMaxEffects> order{};  // slots that play, lowest first
@@ -22,7 +22,7 @@ struct Scene {
   std::array<float, kCurvePoolPoints> curve_torque_nm{};
 };
 
-/// What an impact remembers.
+/// Memory of an impact.
 struct ImpactState {
   std::uint64_t ready_tick = 0;  // from which on there may be another one
   bool ready = false;            // the knob has been away from the surface since
@@ -35,7 +35,7 @@ struct ImpactState {
   float taken_j = 0;   // from the knob since it came in
 };
 
-/// What the effects remember from tick to tick.
+/// Memory of the effects from tick to tick.
 struct SceneState {
   std::array<std::uint64_t, kMaxEffects> start_tick{};
   std::array<float, kMaxEffects> twist_rad{};  // of a friction's spring
@@ -66,8 +66,8 @@ float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& re
 /// Whether one of the active effects is an Impact.
 bool has_impacts(const Scene& scene);
 
-/// Adds what the impacts give to what the motor is told for all else. What does not fit is not
-/// given, and does not count in their energy. Apart from the other effects, which must not be
+/// Adds what the impacts give to what the motor is told for all else. A torque beyond the limits is
+/// not given, and does not count in their energy. Apart from the other effects, which must not be
 /// slower for them.
 /// @param motor_nm for all else
 /// @param gain     0 to 1, for a soft start

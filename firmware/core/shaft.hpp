@@ -19,7 +19,7 @@ struct ShaftKnee {
   float stiffness_nm_per_rad = 0;  // from there on, > 0
 };
 
-/// What turns with the brake, of which only sense_driven_spring() knows.
+/// The inertia with the brake; only sense_driven_spring() knows it.
 struct BrakeSideParams {
   float inertia_ratio = 0;  // inertia / (stiffness period^2)
   float give = 1;           // 1 / (1 + inertia_ratio)
@@ -80,7 +80,7 @@ constexpr ShaftParams make_shaft_params(float stiffness_nm_per_rad,
   }
 }
 
-/// What the spring has stored.
+/// Energy in the spring.
 constexpr float stored_energy_j(const ShaftParams& shaft, float torque_nm) {
   const float most_nm = absolute(torque_nm);
   float stored_j = 0.0F;

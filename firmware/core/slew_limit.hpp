@@ -14,7 +14,7 @@ struct SlewState {
   float motor_command_nm = 0;  // the last that was let through
 };
 
-/// What the motor can be told in a tick.
+/// Allowed commands of the motor in a tick.
 struct MotorRange {
   float low_nm = 0;
   float high_nm = 0;

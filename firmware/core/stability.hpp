@@ -9,8 +9,8 @@
 
 namespace torsio::core {
 
-/// What stability depends on. SI units, torques at the knob. Here as in all of core a number that
-/// nobody has given is 0: what an actuator is by default, its configuration says.
+/// Inputs of stability. SI units, torques at the knob. Here as in all of core a number that nobody
+/// has given is 0: what an actuator is by default, its configuration says.
 struct Parts {
   float period_s = 0;
   float rad_per_count = 0;

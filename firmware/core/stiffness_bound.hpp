@@ -1,7 +1,6 @@
 /// @file
-/// Bounded stiffness: what the scene asks may rise along the angle only as steeply as the parts
-/// can render, and that is found out from the knob's swings (docs/theory.md, "Bounded
-/// stiffness").
+/// Bounded stiffness: the scene's torque may rise along the angle only as steeply as the parts can
+/// render. The knob's swings tell how steeply (docs/theory.md, "Bounded stiffness").
 #pragma once
 
 #include <cstdint>
@@ -21,9 +20,9 @@ struct BoundParams {
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
 };
 
-/// A wall that somebody leans on can be several times as stiff as a spring that swings freely, so
-/// the bound begins well above what is stable in every case and comes down when it must. One count
-/// switches no more than half the motor.
+/// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
+/// well above the stable stiffness and comes down when it must. One count switches no more than
+/// half the motor.
 /// @param friction_nm dry friction of the knob. A torque that changes by no more from count to
 /// count
 ///                    leaves a knob at rest where it is
@@ -66,12 +65,12 @@ struct BoundState {
 /// Compares with nothing.
 inline constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 
-/// What the scene asked at the last tick.
+/// The scene's torque at the last tick.
 constexpr float asked_torque(const BoundState& state) {
   return state.on_line ? state.asked_nm : state.last_nm;
 }
 
-/// What moves by this much at most counts as being at rest: its encoder flickers.
+/// A knob that moves by at most this much is at rest: its encoder flickers.
 inline constexpr std::int32_t kRestCounts = 2;
 
 /// So many changes of the count in a row are a flicker and no step of a hand.
@@ -121,10 +120,10 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   }
 }
 
-/// The knob goes back. Once it has turned round, looks at the swing that has ended. One that is
-/// shorter than a hand's and hardly smaller than those before got from the device what friction
-/// took from it, so the bound goes down, and with it how much of the spring the motor takes up: in
-/// the end that is less than the friction, and no swing lives on it, whatever was believed of the
+/// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
+/// shorter than a hand's and hardly smaller than those before has regained from the device what
+/// friction took. So the bound goes down, and with it the motor's part of the spring. In the end
+/// that part is less than the friction, and no swing lives on it, whatever was believed of the
 /// brake.
 constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   const auto now = static_cast<std::uint32_t>(tick);
@@ -151,10 +150,10 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
 
 /// What may be given when that which is asked has changed more steeply than the bound, or had: as
 /// much more or less as comes in time and as a spring as stiff as the bound gives for this tick's
-/// motion, but nothing of the other sign and not more than is asked. What is left out is never made
-/// up for at rest: that would be energy from nowhere. Where that spring's line has come beyond what
-/// is asked it goes on, so that the way back meets what is asked at the same place: else the way
-/// back would give what the way in left out. Out of line: a clean wall never comes here.
+/// motion, but nothing of the other sign and not more than is asked. Torque that was left out is
+/// never added at rest: that would be energy from nowhere. Where that spring's line has come beyond
+/// what is asked it goes on, so that the way back meets what is asked at the same place: else the
+/// way back would give what the way in left out. Out of line: a clean wall never comes here.
 [[gnu::noinline]] constexpr float follow_bound(BoundState& state, float asked_nm, float timed_nm,
                                                float spring_nm) {
   const float before_nm = state.on_line ? state.asked_nm : state.last_nm;

@@ -1,7 +1,6 @@
 /// @file
-/// What the motor's current should be by its winding's model, to notice a measurement that cannot
-/// be true: a sensor that is dead, stuck or moved from its zero, a cut wire, another supply, a
-/// motor that spins unseen.
+/// The motor's current by its winding's model, to notice impossible measurements: a sensor that is
+/// dead, stuck or moved from its zero, a cut wire, another supply, an unseen spin.
 #pragma once
 
 #include <cstdint>

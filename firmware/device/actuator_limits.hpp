@@ -10,7 +10,7 @@
 
 namespace torsio::device {
 
-/// How far a configuration is believed. What is not gets little torque and speed.
+/// How far a configuration is believed. Other parts get little torque and speed.
 enum class Trust : std::uint8_t {
   none,
   experiments,  // excitations, which bring their own bounds: so that a calibration can measure it
@@ -31,7 +31,7 @@ struct ActuatorLimits {
   float speed_limit_rad_s = std::numeric_limits<float>::infinity();
 };
 
-/// What the parts can, and no more than their caps.
+/// The parts' limits, at most their caps.
 constexpr ActuatorLimits configured_limits(const protocol::ActuatorConfig& actuator,
                                            const protocol::ControlConfig& control) {
   ActuatorLimits limits{core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm),

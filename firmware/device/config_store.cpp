@@ -83,8 +83,7 @@ std::uint32_t follow(std::uint32_t crc, std::span<const std::uint8_t> bytes) {
   return crc;
 }
 
-/// Who sent it last, and with which number, is no value. One report at a time, for the stack's
-/// sake.
+/// The last sender and the number are no values. One report at a time, for the stack's sake.
 template <class Report>
 [[gnu::noinline]] std::uint32_t follow_values(std::uint32_t crc, const Report& report) {
   const protocol::ReportBytes bytes = protocol::encode(report);
@@ -102,7 +101,7 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return ~follow(0xFFFF
 
 std::uint32_t values_checksum(const Config& config) {
   std::uint32_t crc = follow_values(follow_values(0xFFFFFFFFU, config.actuator), config.shaft);
-  // What every torque is measured by; pins and limits may change.
+  // Values that every torque is measured by; pins and limits may change.
   const protocol::BoardConfig& board = config.board;
   for (const float value : {board.supply_v, board.motor_torque_constant_nm_per_a,
                             board.motor_resistance_ohm, board.motor_inductance_h,

@@ -22,10 +22,10 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
-// What bridges, sensor and divider say that have no supply.
+// Reports of bridges, sensor and divider without supply.
 constexpr std::uint32_t kUnpowered = fault::supply | fault::actuator | fault::current_sensor;
 
-// What reported_by() and hold_back() make of the inputs, and nothing else does.
+// Bits that only reported_by() and hold_back() make of the inputs.
 constexpr std::uint32_t kReported = fault::emergency_stop | fault::actuator |
                                     fault::current_sensor | fault::winding | fault::temperature |
                                     fault::supply;
@@ -335,8 +335,8 @@ bool ControlLoop::host_is_there() {
   return true;
 }
 
-/// A torque that is cut is felt as a snap. So who ends it waits a moment, while it goes to zero
-/// along a line, and is answered when it is gone; nobody else is served meanwhile.
+/// A torque that is cut is felt as a snap. So the order waits while the torque goes to zero along a
+/// line, and is answered when it is gone. Nobody else is served meanwhile.
 /// @returns true: the order is not to be carried out yet
 bool ControlLoop::must_let_go(const Order& order) {
   const bool ends = order.kind == Order::Kind::disarm || order.kind == Order::Kind::stop;
@@ -344,7 +344,7 @@ bool ControlLoop::must_let_go(const Order& order) {
   if (letting_go_) return true;
   letting_go_ = true;
   begin_fade(config_.let_go_ticks);
-  // Whoever stops a game does not want its next update to undo that.
+  // The next update of a stopped game must not undo the stop.
   if (owner_ == Owner::game) game.forget();
   return true;
 }

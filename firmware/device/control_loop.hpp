@@ -18,7 +18,7 @@
 
 namespace torsio::device {
 
-/// What the board measured for this tick.
+/// The board's measurements for this tick.
 struct TickInputs {
   std::uint32_t encoder_count = 0;
   bool emergency_stop = false;
@@ -28,7 +28,7 @@ struct TickInputs {
   std::uint32_t tick_time_ns = 0;  // how long the last tick took; 0: not known
 };
 
-/// What the board must do until the next tick.
+/// The board's orders until the next tick.
 struct TickOutputs {
   float motor_command_nm = 0;  // on the knob
   float brake_command_nm = 0;  // capacity, >= 0
@@ -98,7 +98,7 @@ struct LoopCounters {
   std::uint32_t zeroings = 0;
 };
 
-/// What the main loop may know of the control loop at any time.
+/// State of the control loop that the main loop may read at any time.
 struct Snapshot {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
@@ -198,7 +198,7 @@ class ControlLoop {
   // contexts, by the main loop after the change itself; cleared by the interrupt before it looks.
   std::atomic<std::uint32_t> attention_{1};
   std::atomic<std::uint32_t> connected_{1};  // 0 or 1; a bool costs an instruction more
-  // What was decided: it holds until there is something to decide again.
+  // The last decision: it holds until the next one.
   const core::Scene* playing_scene_ = nullptr;  // nullptr: nothing plays
   const core::Overlay* playing_overlay_ = nullptr;
   bool enabled_ = false;    // power stages on

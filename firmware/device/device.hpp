@@ -1,7 +1,7 @@
 /// @file
-/// What the device is, on whatever board: report bytes and encoder counts in, torques and report
-/// bytes out. It is passive: it has no clock, no thread and no pins, a board or the emulator calls
-/// it. The same sources run on the microcontroller and on the host.
+/// The device on any board: report bytes and encoder counts in, torques and report bytes out. It is
+/// passive: it has no clock, no thread and no pins, a board or the emulator calls it. The same
+/// sources run on the microcontroller and on the host.
 ///
 /// Two contexts call it. `tick()` belongs to the control interrupt; everything else belongs to the
 /// main loop. They talk through single-producer single-consumer rings and a few words that are
@@ -29,7 +29,7 @@
 
 namespace torsio::device {
 
-/// What a board knows about itself at power-up.
+/// A board's facts about itself at power-up.
 struct BoardInfo {
   std::uint8_t board = 0;                 // its number in firmware/boards/; 0 is the emulated one
   std::array<std::uint8_t, 16> serial{};  // ASCII, padded with zeros
@@ -87,7 +87,7 @@ class Device {
   /// @returns false if there is none
   [[nodiscard]] bool next_input(protocol::ReportBytes& report, bool early = false);
 
-  /// What the second interface is, from the start on.
+  /// Kind of the second interface, from the start on.
   protocol::Personality personality() const { return personality_; }
   /// The game interface, for its own reports.
   game::PidEngine& game() { return game_; }

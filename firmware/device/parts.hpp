@@ -1,5 +1,5 @@
 /// @file
-/// What of a configuration decides how stiff a wall can be; for the host too.
+/// The parts of a configuration that decide how stiff a wall can be; for the host too.
 #pragma once
 
 #include "core/angle.hpp"

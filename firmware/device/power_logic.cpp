@@ -39,7 +39,7 @@ constexpr std::uint8_t kSupplyReturns = 100;  // at the edge of the band it must
 
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
 
-/// What the converter shows of so large a share of the configured supply; its very end is none.
+/// The converter's reading at so large a share of the configured supply; its very end is none.
 std::int32_t supply_steps(const protocol::BoardConfig& config, const PowerBoard& board,
                           float share) {
   const float pin_v = share * config.supply_v / static_cast<float>(config.supply_sense_ratio);

@@ -1,8 +1,8 @@
 /// @file
-/// Between the torques that the device wants and the bridges: the current sensor's reading becomes
-/// a current, the motor's current is held by a current loop, the brake's coil gets the voltage that
-/// its resistance needs. Passive as the device is: a board and the emulator both run it, the one
-/// with pins and the other with simulated windings.
+/// Between the desired torques and the bridges. The current sensor's reading becomes a current, a
+/// current loop holds the motor's current, and the brake's coil gets the voltage that its
+/// resistance needs. Passive as the device is: a board and the emulator both run it, the one with
+/// pins and the other with simulated windings.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@
 
 namespace torsio::device {
 
-/// What a board brings to its power stage, whatever is wired to it.
+/// A board's facts for its power stage, whatever is wired to it.
 struct PowerBoard {
   std::uint32_t current_period_ns = 25'000;     // of the current loop
   std::uint32_t output_delay_ns = 25'000;       // from measurement to voltage; at most a period
@@ -25,14 +25,14 @@ struct PowerBoard {
   float converter_top_steps = 4095.0F;          // the most that it shows
 };
 
-/// What the bridges do until the next step.
+/// Orders of the bridges until the next step.
 struct PowerDrive {
   float motor_share = 0;  // of the supply's voltage, -1 to 1; positive into the motor's first pin
   float brake_share = 0;  // the same of the brake's coil
   bool enabled = false;   // false: the bridges let go
 };
 
-/// What was measured and driven since the start, for whoever wants to know the winding.
+/// Sums of measurements and drive since the start, to measure the winding.
 struct PowerSums {
   std::uint64_t periods = 0;
   std::int64_t readings = 0;  // of the converter

@@ -21,7 +21,7 @@ static_assert(protocol::curve_pool_points == core::kCurvePoolPoints);
 constexpr float kDecays = 7.0F;
 // A knob that passes a count in this time at most has a speed that is worth a knock.
 constexpr float kSlowestCountS = 2e-3F;
-// Faster than a hand taps. What comes sooner is no impact but a knob that chatters.
+// Faster than a hand taps. A sooner one is no impact but a chattering knob.
 constexpr float kBetweenImpactsS = 0.05F;
 
 float per_tick(float change, std::uint32_t ticks) {

@@ -27,7 +27,7 @@ class Ring {
     return Size - (tail_.load(std::memory_order_relaxed) - head_.load(std::memory_order_acquire));
   }
 
-  // Consumer. What front() points to is valid until pop().
+  // Consumer. front() points to data that is valid until pop().
   const T* front() const {
     const std::uint32_t head = head_.load(std::memory_order_relaxed);
     return head == tail_.load(std::memory_order_acquire) ? nullptr : &items_[head % Size];

@@ -22,7 +22,7 @@ class SceneBuilder {
   /// Forgets every effect.
   void clear();
 
-  /// What a commit hands over.
+  /// Data that a commit hands over.
   struct Commit {
     const core::Scene* scene = nullptr;
     std::uint16_t fresh = 0;  // slots that begin anew

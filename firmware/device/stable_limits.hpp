@@ -1,5 +1,5 @@
 /// @file
-/// What this device can render without oscillating when no hand is on it; docs/games.md derives it.
+/// Limits of this device without oscillating when no hand is on it; docs/games.md derives them.
 #pragma once
 
 #include "device/config.hpp"

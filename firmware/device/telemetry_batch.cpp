@@ -40,7 +40,7 @@ bool TelemetryBatch::add(const LoopSample& sample, const SampleSteps& steps) {
   out.motor_command = quantise(sample.motor_command_nm, steps.torque_nm);
   out.brake_capacity = quantise(sample.brake_capacity_nm, steps.torque_nm);
   out.spring_torque = quantise(sample.spring_torque_nm, steps.torque_nm);
-  // The state is that of the newest sample, the other bits are those of any.
+  // The state is the newest sample's; the other bits are any sample's.
   const auto older = static_cast<std::uint8_t>(report_.flags & ~protocol::flag::state_mask);
   report_.flags = static_cast<std::uint8_t>(older | sample.flags);
   return true;

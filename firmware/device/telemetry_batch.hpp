@@ -30,8 +30,7 @@ class TelemetryBatch {
   bool due(std::uint32_t period_ns) const;
   bool empty() const { return count_ == 0; }
 
-  /// What stands in the report that is gathered, or in the last one. Before that one sample of
-  /// zeros.
+  /// Content of the report that is gathered, or of the last one. Before that one sample of zeros.
   protocol::Telemetry last() const;
 
   /// The report; the batch is empty afterwards.

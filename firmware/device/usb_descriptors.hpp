@@ -1,6 +1,6 @@
 /// @file
-/// What the device tells a host about itself when it is plugged in: plain bytes, made from the list
-/// of reports, for whichever USB stack carries them.
+/// The device's descriptors for a host: plain bytes, made from the list of reports, for any USB
+/// stack.
 #pragma once
 
 #include <array>

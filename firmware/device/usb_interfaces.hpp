@@ -1,5 +1,5 @@
 /// @file
-/// Which HID interfaces the device has, with their report descriptors.
+/// The device's HID interfaces, with their report descriptors.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 /// @file
-/// What a board says of its wiring. The device keeps the rule and knows nothing of pins.
+/// A board's answer about its wiring. The device keeps the rule and knows nothing of pins.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct PinConflict {
   std::string_view reason;
 };
 
-/// What a board finds wrong with a wiring whose fields are each in range: the first conflict.
+/// The first conflict of a wiring whose fields are each in range.
 using WiringRule = std::optional<PinConflict> (*)(const protocol::BoardConfig&);
 
 /// Nothing is wired.

@@ -78,10 +78,10 @@ class Hash {
 
 }  // namespace detail
 
-/// Hash over the id, direction, field names and types of every report: whoever was built from other
-/// layouts has another one. Wording, ranges and names of values do not enter, and how many values
-/// there are only where a reader refuses one that it does not know: a new law parts released hosts
-/// and devices, a new board or event does not.
+/// Hash over the id, direction, field names and types of every report: other layouts give another
+/// one. Wording, ranges and names of values do not enter. The number of values enters only where a
+/// reader refuses an unknown one: a new law parts released hosts and devices, a new board or event
+/// does not.
 consteval std::uint32_t fingerprint() {
   detail::Hash hash;
   for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {

@@ -1,5 +1,5 @@
 /// @file
-/// What is wrong with a report: the code, and the field.
+/// The error of a report: the code, and the field.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace torsio::protocol {
 /// Stands for "no field in particular" where a field's index is given.
 inline constexpr std::uint8_t kNoField = 0xFF;
 
-/// What is wrong with a report, and in which field (index in wire order, nested fields flattened).
+/// The error of a report, and its field (index in wire order, nested fields flattened).
 struct Verdict {
   Status status = Status::ok;
   std::uint8_t field = kNoField;

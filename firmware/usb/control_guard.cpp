@@ -4,8 +4,8 @@
 // host that sends GET_DESCRIPTOR with data *to* the device would have the stack write over the
 // descriptor; a configuration or a setting that does not exist would be set, and a feature of an
 // endpoint that does not exist would never be answered. The linker puts this function in front of
-// the one that takes every event of the bus (--wrap). What is to be refused is handed on as a
-// request of a vendor, of which the stack refuses all.
+// the one that takes every event of the bus (--wrap). A request to refuse is handed on as a
+// vendor's request, because the stack refuses all of those.
 #include <tusb.h>
 // Behind tusb.h: the controller's driver.
 #include <device/dcd.h>

@@ -1,8 +1,8 @@
 /// @file
 /// A HID class driver for TinyUSB's device stack, for any number of interfaces with an interrupt
-/// endpoint each way. Unlike TinyUSB's own it answers a report only after it was read: a malformed
-/// SET_REPORT is stalled in its status stage, and an output report for which there is no room is
-/// held back, so that the host waits.
+/// endpoint each way. Unlike TinyUSB's own it answers a report only after reading it. A malformed
+/// SET_REPORT is stalled in its status stage. An output report without room is held back, so that
+/// the host waits.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ extern bool is_open;
 /// Says what stands behind an interface. Before the stack starts.
 void set_hid_function(std::uint8_t interface, HidFunction& function);
 
-/// Which descriptors the host is told. Before the stack starts.
+/// The descriptors for the host. Before the stack starts.
 void set_personality(device::Personality personality);
 
 /// Moves reports both ways as far as there is room. In every round of the main loop.

@@ -1,5 +1,5 @@
 /// @file
-/// What stands behind a HID interface. Reports begin with their id.
+/// The function behind a HID interface. Reports begin with their id.
 #pragma once
 
 #include <cstddef>

@@ -15,7 +15,7 @@ device::Device* the_device = nullptr;
 
 constexpr std::uint32_t kFrameNs = 1'000'000;
 
-// What the stack sends from must stay where it is until the transfer is over.
+// The stack's send buffer must stay where it is until the transfer is over.
 std::array<std::uint8_t, device::kDeviceDescriptorSize> device_descriptor;
 std::array<std::uint8_t, 16> serial;
 device::StringDescriptor string;

@@ -1,5 +1,5 @@
 /// @file
-/// What a firmware file says of itself to whoever looks into it: `torsio firmware update` does.
+/// A firmware file's label for its readers: `torsio firmware update` does.
 #pragma once
 
 #include <algorithm>

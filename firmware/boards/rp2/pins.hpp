@@ -1,6 +1,6 @@
 /// @file
-/// Which pins of the RP2040 and the RP2350 may have which job. Device and host ask the same
-/// question: the device to refuse, the host to say why.
+/// Jobs of pins on the RP2040 and the RP2350. Device and host ask the same question: the device to
+/// refuse, the host to say why.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace torsio::boards::rp2 {
 
-/// What boards of the Pico's layout use themselves, bit n for GPn: the power supply's mode and the
-/// bus voltage.
+/// Pins that boards of the Pico's layout use themselves, bit n for GPn: the power supply's mode and
+/// the bus voltage.
 inline constexpr std::uint32_t kPicoPins = (1U << 23) | (1U << 24);
 
 inline constexpr std::uint8_t kFirstAdcPin = 26;

@@ -19,7 +19,7 @@ constexpr std::uint32_t kPwmHz = 40'000;
 std::uint32_t output_pins = 0;
 std::uint32_t bridge_units = 0;
 
-/// What makes the converter measure a pin once.
+/// Makes the converter measure a pin once.
 std::uint32_t measure(std::uint8_t pin) {
   return ADC_CS_EN_BITS | ADC_CS_START_ONCE_BITS |
          (std::uint32_t{pin} - rp2::kFirstAdcPin) << ADC_CS_AINSEL_LSB;
@@ -118,7 +118,7 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
   wanted_ = outputs;
   const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
   if (logic_.wants_supply()) [[unlikely]] {
-    // Between two measurements of the current, the next of which comes a fraction of a us later.
+    // Between two measurements of the current; the next comes a fraction of a us later.
     adc_hw->cs = measure(config_.supply_sense_pin);
     measures_supply_ = true;
   }

@@ -25,7 +25,7 @@ class PowerStage {
   /// First thing in the handler: acknowledges it and starts to measure the current.
   void begin();
 
-  /// What cannot be trusted now, as bits of `faults`.
+  /// Faults of parts now, as bits of `faults`.
   std::uint16_t find_faults() const;
 
   device::PowerLogic& logic() { return logic_; }

@@ -45,7 +45,7 @@ Quadrature<unit>::Quadrature(std::uint8_t pin_a) {
 
 template <std::uint32_t unit>
 std::uint32_t Quadrature<unit>::read() const {
-  // What waits in the queue is old; the one behind it was pushed after this call began.
+  // The count in the queue is old; the one behind it was pushed after this call began.
   std::uint32_t count = 0;
   for (std::uint32_t left = pio_sm_get_rx_fifo_level(kPio<unit>, kMachine) + 1; left != 0; --left) {
     count = pio_sm_get_blocking(kPio<unit>, kMachine);

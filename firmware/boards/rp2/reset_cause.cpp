@@ -22,7 +22,7 @@ using protocol::ResetCause;
 constexpr std::uint32_t kMark = 0x70C51000;
 constexpr std::uint32_t kStackMark = 0x57AC1E0D;
 
-/// What the chip itself knows.
+/// The chip's own knowledge.
 ResetCause chips_cause() {
   if (watchdog_enable_caused_reboot()) return ResetCause::watchdog;
   // The boot ROM starts a file that was copied by the watchdog too, and the older causes are past.

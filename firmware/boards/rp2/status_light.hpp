@@ -1,5 +1,5 @@
 /// @file
-/// What the light says. Told apart at a glance: dark with a short flash, slow, steady, fast.
+/// Patterns of the light. Told apart at a glance: dark with a short flash, slow, steady, fast.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 
 namespace torsio::device::dial {
 
-/// What the configuration says of them, prepared.
+/// Their configuration, prepared.
 struct DetentParams {
   bool on = false;  // the device is a dial
   core::Pattern pattern;

@@ -22,7 +22,7 @@ constexpr std::uint32_t kPromptNs = 30'000'000;
 constexpr std::uint32_t kDeafNs = 60'000'000;
 // So long a host that has taken a report is sure to listen still.
 constexpr std::uint32_t kListenNs = 100'000'000;
-// What of its state the host may not know.
+// State that the host may not know.
 constexpr std::uint8_t kButtons = 1;
 constexpr std::uint8_t kKeys = 2;
 constexpr std::uint8_t kBoth = kButtons | kKeys;
@@ -104,7 +104,7 @@ Wish Dial::service(const Moment& now) {
   const bool moved_origin = now.zeroings != now_.zeroings;
   now_ = now;
   if (moved_origin) rested_counts_ = now.position_counts;
-  // What a program makes of the knob is not the desktop's.
+  // A program's use of the knob is not the desktop's.
   if (moved_origin || now.owner == protocol::Owner::sdk) skip();
   const std::int64_t turned = now.position_counts - rested_counts_;
   if (turned >= kTurnedCounts || turned <= -kTurnedCounts) {
@@ -175,7 +175,7 @@ bool Dial::listens() const {
   return listener_ == Listener::prompt && now_.tick - over_tick_ <= listen_ticks_;
 }
 
-/// What is pressed, without any turn.
+/// The pressed keys, without any turn.
 std::size_t Dial::tell_state(std::span<std::uint8_t> report) {
   if ((state_due_ & kKeys) != 0) {
     state_due_ &= kButtons;

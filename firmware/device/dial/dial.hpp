@@ -17,7 +17,7 @@
 
 namespace torsio::device::dial {
 
-/// What the dial reads of the rest of the device.
+/// Inputs of the dial from the rest of the device.
 struct Moment {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
@@ -25,7 +25,7 @@ struct Moment {
   protocol::Owner owner = protocol::Owner::none;
 };
 
-/// What the dial wants of the actuator.
+/// The dial's wishes to the actuator.
 enum class Wish : std::uint8_t { nothing_new, take, let_go };
 
 /// Where the knob stands, in units, 120 to a detent.

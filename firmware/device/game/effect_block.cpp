@@ -25,8 +25,8 @@ core::Waveform waveform(EffectType type) {
 
 /// Share of a force that acts along the knob. A direction is where the force comes from, clockwise
 /// from north: 90 degrees is a push from the right, to smaller angles. A program that knows of only
-/// one axis may leave its direction zero and mean that axis; and whoever does so with a vibration,
-/// as Linux does with the rumble of gamepads, wants the thing in the hand to shake.
+/// one axis may leave its direction zero and mean that axis. With a vibration, as Linux does for
+/// the rumble of gamepads, the thing in the hand shall shake.
 float direction_share(const Block& block) {
   const SetEffect& effect = block.effect;
   const bool has_direction = (effect.enable & kDirection) != 0;
@@ -50,8 +50,8 @@ std::uint32_t phase_per_tick(std::uint16_t period_ms, std::uint32_t period_ns) {
 }
 
 /// Linux 7.2 and 7.3 take the negative saturation for a signed number. Of 0 to 0xFFFF what is above
-/// the half comes folded down, so that full comes as 0: a spring that pushes to one side only. What
-/// is exactly the fold of the positive saturation means the same as that one.
+/// the half comes folded down, so that full comes as 0: a spring that pushes to one side only. A
+/// value that is exactly the fold of the positive saturation means the same.
 std::uint16_t negative_saturation(const Block& block) {
   const std::uint16_t positive = block.condition.positive_saturation;
   const std::uint16_t negative = block.condition.negative_saturation;

@@ -1,6 +1,6 @@
 /// @file
-/// What one of a game's effects gives at a moment. Which of them play, and how they are joined, is
-/// a matter of forces.hpp.
+/// Torque of one of a game's effects at a moment. forces.hpp decides which of them play, and joins
+/// them.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace torsio::device::game {
 
-/// What a force that is made of time gives, before its gain.
+/// Torque of a force over time, before its gain.
 /// @param wave_phase that the wave has come to before
 float timed_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks,
                std::uint32_t wave_phase = 0);

@@ -80,7 +80,7 @@ struct Values {
   static constexpr unsigned bytes = 2 * N;
 };
 
-/// Which report it is: number, way, and the usage of the collection that it stands in; 0: none.
+/// The report: number, way, and the usage of the collection that it stands in; 0: none.
 template <std::uint8_t number, Main way, std::uint8_t collection = 0>
 struct Heading {
   static constexpr std::uint8_t id = number;

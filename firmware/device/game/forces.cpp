@@ -440,7 +440,7 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
   }
   if (residual_nm_ != 0.0F) {
     residual_nm_ -= core::clamp_symmetric(residual_nm_, residual_step_nm_);
-    // What rounding leaves of the last step is not worth a tick.
+    // The rounding of the last step is not worth a tick.
     if (core::absolute(residual_nm_) < 1e-3F * residual_step_nm_) residual_nm_ = 0.0F;
   }
   last_nm_ = sum_nm + residual_nm_;

@@ -2,9 +2,9 @@
 /// The torque of a game's effects, as the control interrupt renders it. Everything was prepared by
 /// the main loop (pid_engine.hpp); here it is only evaluated, tick by tick.
 ///
-/// What a report changes at once must not be felt as a click, so every change is blended: the
-/// torque goes on from where it was, and the difference fades to zero along a straight line. The
-/// shape of an effect itself is not touched by this: a square wave keeps its edges.
+/// A report's change must not be felt as a click, so every change is blended. The torque goes on
+/// from where it was, and the difference fades to zero along a straight line. The shape of an
+/// effect itself is not touched by this: a square wave keeps its edges.
 ///
 /// A game that sends a steady force anew in each of its frames means a curve, of which these are
 /// points. They are joined by lines, each as long as a frame (docs/games.md, "Between updates").
@@ -65,12 +65,12 @@ struct PreparedEffect {
   Condition condition;
 };
 
-/// What the main loop wants the interrupt to do. Effects come whole, so that a later one may
-/// replace an earlier one that was never sent.
+/// The main loop's orders to the interrupt. Effects come whole, so that a later one may replace an
+/// earlier one that was never sent.
 struct ForceOrder {
   enum class Kind : std::uint8_t { effect, settings, stop_all, set_all_aside };
-  // What the game ended stays ended. What the device ended is set aside: the game's next update
-  // (go_on) brings it back.
+  // Effects that the game ended stay ended. Effects that the device ended are set aside: the game's
+  // next update (go_on) brings it back.
   enum class Play : std::uint8_t { as_it_is, go_on, start, stop, set_aside };
 
   Kind kind = Kind::effect;
@@ -85,7 +85,7 @@ struct ForceOrder {
   bool enabled = true;
 };
 
-/// What the device's configuration says about games, prepared.
+/// The device's configuration for games, prepared.
 struct ForceParams {
   bool allowed = true;
   float torque_max_nm = 0;  // of all effects together, and of a wall at an end
@@ -130,7 +130,7 @@ class Forces final : public core::ForceSource {
   void release(std::uint32_t ticks);
   /// Sets everything aside at once: the actuator is off.
   void drop();
-  /// What was set aside does not come back by an update any more.
+  /// An effect that was set aside does not come back by an update any more.
   void forget();
 
   // Main loop.
@@ -145,11 +145,11 @@ class Forces final : public core::ForceSource {
   std::uint32_t blocks_aside(std::size_t word) const {
     return aside_[word].load(std::memory_order_relaxed);
   }
-  /// What a block gives now, its gains and the device's included.
+  /// Torque of a block now, with its gains and the device's.
   float block_torque_nm(std::size_t block) const {
     return block_nm_[block].load(std::memory_order_relaxed);
   }
-  /// What all give together.
+  /// Torque of all together.
   float sum_nm() const { return shown_nm_.load(std::memory_order_relaxed); }
 
  private:

@@ -1,5 +1,5 @@
 /// @file
-/// What the configuration says about games, prepared for the two sides of the game interface.
+/// The configuration for games, prepared for the two sides of the game interface.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace torsio::device::game {
 
-/// What a game's numbers mean on this device.
+/// Meaning of a game's numbers on this device.
 struct GameScale {
   float period_s = 0;
   float torque_nm = 0;       // at full level

@@ -325,9 +325,9 @@ bool PidEngine::holds_any() const {
   return plays_any() || (!enabled_ && (forces_.blocks_aside(0) | forces_.blocks_aside(1)) != 0);
 }
 
-/// A game that hangs must not pull for ever. What answers to the hand only may stay: a game that
-/// wants a spring says so once. In a pause, or at no gain, nothing pulls, and the report that ends
-/// it is a sign of life.
+/// A game that hangs must not pull for ever. An effect that only answers to the hand may stay: a
+/// game that wants a spring says so once. In a pause, or at no gain, nothing pulls, and the report
+/// that ends it is a sign of life.
 void PidEngine::watch_silence() {
   if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
   if (paused_ || gain_ == 0.0F) return;

@@ -3,8 +3,8 @@
 /// knob as a joystick's axis. It belongs to the main loop; what the control interrupt has to render
 /// goes to it as orders (forces.hpp).
 ///
-/// Parameters may come in any order and over either endpoint, each names its block. What does not
-/// fit (a block that is free, another kind of effect, a value without meaning) changes nothing.
+/// Parameters may come in any order and over either endpoint, each names its block. A report that
+/// does not fit (a free block, another kind of effect, a value without meaning) changes nothing.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace torsio::device::game {
 
-/// What the engine reads of the rest of the device.
+/// Inputs of the engine from the rest of the device.
 struct Moment {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
@@ -50,7 +50,7 @@ class PidEngine {
 
   // The rest of the device.
 
-  /// What games do, for those who watch; the next effects in turns.
+  /// Effects of games, for watchers; the next effects in turns.
   protocol::GameMonitor monitor(float torque_step_nm);
   /// In every round of the main loop.
   void service(const Moment& now);

@@ -119,7 +119,7 @@ template <>
 struct PidLayout<SetEffect> : Heading<0x11, Main::output, 0x21> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetEffect::block),
-      // What a block is was said when it was created. Linux before June 2026 names the type of the
+      // A block's kind was set when it was created. Linux before June 2026 names the type of the
       // effect that was created last.
       detail::effect_type(&SetEffect::type, false),
       detail::time(&SetEffect::duration_ms, 0x50),
