@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import re
 import shutil
 import subprocess
 import sys
-from concurrent.futures import Future
 from pathlib import Path
 
 import pytest
 
-from tools import apt, windows
-from tools.dev import building, cli, commands, environment, fresh, groups, packages, running
-from tools.dev.requirements import requirements
+from tools import windows
+from tools.dev import building, cli, commands, groups
 
 TREE = Path(__file__).parent.parent
 
@@ -151,36 +148,6 @@ def test_file_that_a_test_reads_must_be_covered() -> None:
     assert groups.not_covered(test, files) == ["docs/cpp.md"]
 
 
-@pytest.fixture
-def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(running, "LOGS", tmp_path)
-    return tmp_path
-
-
-def test_failed_command_shows_its_end_and_names_its_log(
-    logs: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    script = "for n in $(seq 100); do echo line $n; done; exit 3"
-    with pytest.raises(running.Failed, match=rf"^'sh -c .*' failed; full log: {logs}/x\.log$"):
-        running.run_logged("x", ["sh", "-c", script])
-    shown = capfd.readouterr()
-    assert shown.out == ""
-    assert shown.err.splitlines() == [f"line {n}" for n in range(61, 101)]
-    assert len((logs / "x.log").read_text().splitlines()) == 100
-
-
-def test_command_that_does_not_exist_fails_in_a_sentence(logs: Path) -> None:
-    with pytest.raises(running.Failed, match="no-such-program"):
-        running.run_logged("x", ["no-such-program"])
-    assert "no-such-program: No such file" in (logs / "x.log").read_text()
-
-
-def test_commands_after_a_failed_one_do_not_run(logs: Path, tmp_path: Path) -> None:
-    with pytest.raises(running.Failed):
-        running.run_logged("x", ["false"], ["touch", tmp_path / "made"])
-    assert not (tmp_path / "made").exists()
-
-
 @pytest.mark.parametrize("to_its_end", [True, False])
 def test_what_must_come_to_its_end_is_waited_for(tmp_path: Path, *, to_its_end: bool) -> None:
     # As apt, which leaves a system that nobody can install on if it is ended half-way.
@@ -195,134 +162,3 @@ def test_what_must_come_to_its_end_is_waited_for(tmp_path: Path, *, to_its_end: 
     )
     subprocess.run([sys.executable, "-c", program, tmp_path], cwd=TREE, check=True, timeout=60)
     assert (tmp_path / "ended").exists() == to_its_end
-
-
-def test_stamp_is_written_only_after_success(tmp_path: Path) -> None:
-    stamp = tmp_path / "folder/stamp"
-    with running.stamped(stamp, "key"):
-        assert not running.stamp_is(stamp, "key")
-    assert running.stamp_is(stamp, "key")
-    assert not running.stamp_is(stamp, "another")
-    with pytest.raises(KeyboardInterrupt), running.stamped(stamp, "key"):
-        raise KeyboardInterrupt
-    assert not running.stamp_is(stamp, "key")
-
-
-def test_nobody_who_cannot_become_root_is_told_what_to_run(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("os.geteuid", lambda: 1000)
-    monkeypatch.setattr(running, "succeeds", lambda *_: False)
-    monkeypatch.setattr("sys.stdin", io.StringIO())
-    with pytest.raises(running.Failed, match=r"^no package; run: sudo apt-get install it$"):
-        running.become_root("no package", "apt-get install it")
-    monkeypatch.setattr(running, "succeeds", lambda *_: True)
-    assert running.become_root("no package", "apt-get install it") == ["sudo"]
-
-
-def test_missing_packages_are_told_where_there_is_no_apt(monkeypatch: pytest.MonkeyPatch) -> None:
-    some = {"base": (("there", lambda: True), ("gone", lambda: False), ("lost", lambda: False))}
-    monkeypatch.setattr(packages, "groups", lambda: some)
-    monkeypatch.setattr("shutil.which", lambda _: None)
-    with pytest.raises(running.Failed, match=r"no apt-get; on Debian it would be: .* gone lost$"):
-        packages.begin_set_up(("base",))
-
-
-PROJECT = {
-    "build-system": {"requires": ["builder"]},
-    "project": {
-        "dependencies": ["library>=1"],
-        "optional-dependencies": {
-            "plot": ["drawing"],
-            "studio": ["server"],
-            "studies": ["numbers"],
-            "dev": ["library==1.5", "checker==2"],
-        },
-    },
-}
-
-
-def test_demo_ends_with_how_to_open_the_page(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    done: Future[None] = Future()
-    done.set_result(None)
-    coming = environment.SetUp(done, done)
-    monkeypatch.setattr(environment, "begin", lambda *_, **__: coming)
-    monkeypatch.setattr(building, "build_preset", lambda *_: None)
-    monkeypatch.setattr(building, "build_python", lambda *_: None)
-    monkeypatch.setattr(commands, "run", lambda *_: 0)
-    assert commands.demo([]) == 0
-    assert "./dev studio" in capfd.readouterr().out
-    # Who sits at a terminal is given the page itself.
-    started: list[str] = []
-    monkeypatch.setattr(building, "begin_studio", lambda *_: done)
-    monkeypatch.setattr(commands, "become", lambda *words: started.extend(map(str, words)))
-    for stream in (sys.stdin, sys.stdout):
-        monkeypatch.setattr(stream, "isatty", lambda: True, raising=False)
-    commands.demo([])
-    assert started[1:4] == ["studio", "--device", "emulated"]
-    assert "open this page" in capfd.readouterr().out
-    # What a program reads stays JSON alone.
-    assert commands.demo(["--json"]) == 0
-    assert "./dev studio" not in capfd.readouterr().out
-
-
-def test_demo_requires_no_more_than_it_runs_with() -> None:
-    assert requirements(PROJECT, "demo") == ["builder", "library>=1", "drawing"]
-    assert requirements(PROJECT, "page") == ["builder", "library>=1", "drawing", "server"]
-    assert requirements(PROJECT, "pins") == ["library==1.5", "checker==2"]
-    everything = requirements(PROJECT, "all")
-    assert set(everything) == {"builder", "library>=1", "drawing", "library==1.5", "checker==2"}
-
-
-def test_digest_changes_with_content_and_name_of_a_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(building, "TREE", tmp_path)
-    (tmp_path / "a").mkdir()
-    file = tmp_path / "a/b"
-    seen = set()
-    for name, text in (("b", ""), ("b", "x"), ("c", "x")):
-        file = file.rename(file.with_name(name)) if file.exists() else file
-        file.write_text(text)
-        seen.add(building.digest(["a"]))
-        assert building.digest(["a", "not there"]) == building.digest(["a"])
-    assert len(seen) == 3
-
-
-def test_network_of_this_machine_is_told_to_another(tmp_path: Path) -> None:
-    certificate, wheels = tmp_path / "ca.crt", tmp_path / "wheels"
-    certificate.write_bytes(b"trust me")
-    wheels.mkdir()
-    environment = {"HTTPS_PROXY": "http://p:1", "PIP_CERT": str(certificate), "HOME": "/root"}
-    pip = f"global.index-url='https://i.example/simple'\n:env:.find-links='{wheels}'\n"
-    npm = {"registry": "https://r.example/", "proxy": "null"}
-    found = fresh.network(environment, pip, npm)
-    moved = found.variables.pop("PIP_CERT")
-    assert found.files == {moved: b"trust me"}
-    mounted = found.variables.pop("PIP_FIND_LINKS")
-    assert found.folders == {mounted: wheels}
-    assert found.variables == {
-        "PIP_INDEX_URL": "https://i.example/simple",
-        "npm_config_registry": "https://r.example/",
-        "HTTPS_PROXY": "http://p:1",
-    }
-
-
-def test_fresh_system_has_its_packages_from_this_systems_archive() -> None:
-    archive = apt.Archive("http://a.example/debian", "")
-    assert fresh.sources(archive, "sid", "debian").splitlines()[0] == (
-        "deb http://a.example/debian sid main"
-    )
-    dump = (
-        'APT::Architecture "amd64";\nAcquire::http::Proxy "http://p:1";\n'
-        'Acquire::https::CaInfo "";\nAcquire::Languages "none";\n'
-    )
-    assert fresh.apt_settings(dump) == 'Acquire::http::Proxy "http://p:1";\n'
-
-
-@pytest.mark.parametrize("suite", ["", "../etc", "Trixie", "-x", "a b"])
-def test_bad_suite_is_refused(suite: str) -> None:
-    with pytest.raises(running.UsageError, match="no suite"):
-        fresh.run_in(suite, [["demo"]])

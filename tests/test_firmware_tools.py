@@ -1,67 +1,13 @@
-"""The scripts that find the firmware's sources and make its image: what they take and refuse."""
+"""The script that makes the firmware's image: what it takes and refuses."""
 
 from __future__ import annotations
 
-import shutil
 import struct
 from pathlib import Path
 
 import pytest
 
-from tools import apt, boards, firmware_sources, uf2
-
-KEY = "/usr/share/keyrings/example.gpg"
-
-SOURCES = {
-    "deb822": (
-        f"Types: deb deb-src\n# a comment\nURIs: http://a.example/debian http://b.example/debian\n"
-        f"Suites: bookworm bookworm-updates\nComponents: main contrib\nSigned-By: {KEY}\n",
-        apt.Archive("http://a.example/debian", KEY),
-    ),
-    "deb822 of Ubuntu, security first": (
-        "Types: deb\nURIs: http://security.ubuntu.example/ubuntu\nSuites: noble-security\n"
-        f"Components: main universe\nSigned-By: {KEY}\n\n"
-        "Types: deb\nURIs: http://archive.ubuntu.example/ubuntu\nSuites: noble noble-updates\n"
-        f"Components: main universe\nSigned-By: {KEY}\n",
-        apt.Archive("http://archive.ubuntu.example/ubuntu", KEY),
-    ),
-    "one line": (
-        "deb http://a.example/debian bookworm main\n",
-        apt.Archive("http://a.example/debian", ""),
-    ),
-    "one line with options": (
-        f"# deb http://old.example/debian bullseye main\n"
-        f"deb [arch=amd64 signed-by={KEY}] http://a.example/debian bookworm main contrib\n",
-        apt.Archive("http://a.example/debian", KEY),
-    ),
-    "one line, security and sources first": (
-        "deb-src http://a.example/debian bookworm main\n"
-        "deb http://security.example/debian-security bookworm-security main\n"
-        "deb http://a.example/debian bookworm main\n",
-        apt.Archive("http://a.example/debian", ""),
-    ),
-    "only security": (
-        "Types: deb\nURIs: http://a.example/debian\nSuites: bookworm-security\nComponents: main\n",
-        None,
-    ),
-    "only sources": (
-        "Types: deb-src\nURIs: http://a.example/debian\nSuites: bookworm\nComponents: main\n",
-        None,
-    ),
-    "nothing": ("", None),
-}
-
-
-@pytest.mark.parametrize("case", SOURCES)
-def test_archive_is_found_in_apts_own_files(case: str) -> None:
-    text, archive = SOURCES[case]
-    assert apt.parse_sources(text) == archive
-
-
-def test_security_archive_of_debian_stands_beside_the_main_one() -> None:
-    for uri in ("http://a.example/debian", "http://a.example/debian/"):
-        security = apt.Archive(uri, KEY).security
-        assert security == apt.Archive("http://a.example/debian-security", KEY)
+from tools import boards, uf2
 
 
 def sdk(folder: Path, version: tuple[int, int, int] = (2, 1, 1)) -> Path:
@@ -76,42 +22,6 @@ def sdk(folder: Path, version: tuple[int, int, int] = (2, 1, 1)) -> Path:
     driver.touch()
     (folder / "pico_sdk_init.cmake").touch()
     return folder
-
-
-def test_users_sdk_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PICO_SDK_PATH", str(sdk(tmp_path / "mine")))
-    sdk(tmp_path / "fetched" / firmware_sources.SDK)
-    assert firmware_sources.locate(tmp_path / "fetched") == tmp_path / "mine"
-
-
-def test_users_sdk_without_tinyusb_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shutil.rmtree(sdk(tmp_path / "mine") / "lib")
-    monkeypatch.setenv("PICO_SDK_PATH", str(tmp_path / "mine"))
-    with pytest.raises(RuntimeError, match="has no lib/tinyusb"):
-        firmware_sources.locate(tmp_path / "fetched")
-
-
-@pytest.mark.parametrize("version", [(2, 1, 0), (1, 5, 1), (2, 0, 9)])
-def test_users_sdk_that_is_too_old_is_refused(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    version: tuple[int, int, int],
-) -> None:
-    monkeypatch.setenv("PICO_SDK_PATH", str(sdk(tmp_path / "mine", version)))
-    found = ".".join(str(part) for part in version)
-    with pytest.raises(RuntimeError, match=f"is version {found}, and 2.1.1 is needed"):
-        firmware_sources.locate(tmp_path / "fetched")
-
-
-@pytest.mark.parametrize("version", [(2, 1, 1), (2, 2, 0), (3, 0, 0)])
-def test_newer_sdk_is_taken(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: tuple[int, int, int]
-) -> None:
-    mine = sdk(tmp_path / "mine", version)
-    monkeypatch.setenv("PICO_SDK_PATH", str(mine))
-    assert firmware_sources.locate(tmp_path / "fetched") == mine
 
 
 def elf(address: int = 0x10000000, data: bytes = bytes(range(100)), machine: int = 40) -> bytes:
@@ -190,55 +100,3 @@ def test_program_without_one_label_is_no_firmware(
     source.write_bytes(elf(data=bytes(100) + labels))
     assert uf2.main([str(source), str(folder / "torsio-mine.uf2")]) == 1
     assert "label" in capsys.readouterr().err
-
-
-def test_firmware_of_no_board_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    source = folder / "torsio-yours.elf"
-    source.write_bytes(elf())
-    assert uf2.main([str(source), str(folder / "torsio-yours.uf2")]) == 1
-    assert "no board 'yours'; there are mine" in capsys.readouterr().err
-
-
-def test_board_without_a_chip_is_refused(folder: Path) -> None:
-    (folder / "mine" / "board.cmake").write_text("set(PICO_BOARD mine)\n", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"board\.cmake: no line set\(TORSIO_CHIP"):
-        boards.chips()
-
-
-def image(chip: str = "rp2040") -> bytes:
-    """Make an image of three pages."""
-    return uf2.make(uf2.read_elf(elf(data=bytes(700))), chip)
-
-
-def patched(data: bytes, at: int, value: int) -> bytes:
-    """Write a 32-bit word into a copy."""
-    return data[:at] + struct.pack("<I", value) + data[at + 4 :]
-
-
-BAD_UF2 = {
-    "empty": (b"", "not a whole number of blocks"),
-    "cut off": (image()[:-1], "not a whole number of blocks"),
-    "a block missing": (image()[:-512], "counted as"),
-    "blocks exchanged": (image()[512:1024] + image()[:512] + image()[1024:], "counted as"),
-    "first magic": (patched(image(), 0, 0), "magic"),
-    "second magic": (patched(image(), 4, 0), "magic"),
-    "last magic": (patched(image(), 508, 0), "magic"),
-    "half a page": (patched(image(), 16, 128), "not one page"),
-    "between two pages": (patched(image(), 12, 0x10000080), "not one page"),
-    "outside the flash": (patched(image(), 12, 0x20000000), "address"),
-    "the same page twice": (patched(image(), 512 + 12, 0x10000000), "address"),
-    "without a family": (patched(image(), 8, 0), "not for rp2040"),
-    "for the other chip": (image("rp2350")[512:], "not for rp2040"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_UF2)
-def test_bad_image_is_refused(case: str) -> None:
-    data, complaint = BAD_UF2[case]
-    with pytest.raises(uf2.FormatError, match=complaint):
-        uf2.check(data, "rp2040")
-
-
-def test_image_for_an_rp2350_needs_its_leading_block() -> None:
-    with pytest.raises(uf2.FormatError, match="leading block"):
-        uf2.check(image("rp2350")[512:], "rp2350")
