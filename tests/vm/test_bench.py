@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -81,27 +80,6 @@ def test_kernel_log_may_speak_of_what_a_test_provokes_only_where_its_mark_says_s
     assert kernel_log.complaints(log, kernel_log.HARMLESS_WITH_MARK) == [out_of_memory]
 
 
-def test_cpio_is_what_the_tool_of_that_name_unpacks(tmp_path: Path) -> None:
-    files = {"folder": (0o40755, b""), "folder/odd": (0o100640, b"seven b"), "x": (0o100755, b"")}
-    archive = initramfs.cpio(files)
-    listing = subprocess.run(
-        ["busybox", "cpio", "-idv"], cwd=tmp_path, input=archive, capture_output=True, check=True
-    )
-    assert b"folder/odd" in listing.stderr + listing.stdout
-    assert (tmp_path / "folder/odd").read_bytes() == b"seven b"
-    assert (tmp_path / "x").stat().st_mode & 0o777 == 0o755
-
-
-def test_modules_are_loaded_after_what_they_depend_on(tmp_path: Path) -> None:
-    (tmp_path / "modules.builtin").write_text("kernel/lib/in-it.ko\n")
-    (tmp_path / "top.ko").write_bytes(b"\0depends=mid-dle,in_it\0")
-    (tmp_path / "mid-dle.ko").write_bytes(b"\0depends=base\0")
-    (tmp_path / "base.ko").write_bytes(b"\0depends=\0")
-    assert list(initramfs.load_order(tmp_path, ("top",))) == ["base", "mid_dle", "top"]
-    with pytest.raises(LookupError, match="gone"):
-        initramfs.load_order(tmp_path, ("gone",))
-
-
 @pytest.fixture
 def fake_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Give a way to say what QEMU does; the console is where it always is."""
@@ -142,37 +120,3 @@ def test_guest_without_results_has_failed_though_its_machine_ended_well(
 ) -> None:
     fake_machine("echo all is well >&2; exit 1")
     assert "no readable results" in guests.run_guest("6.1", ["a test"])
-
-
-def test_guest_with_results_has_not_failed(
-    tmp_path: Path, fake_machine: Callable[[str], None]
-) -> None:
-    (tmp_path / "junit").write_text(JUNIT)
-    fake_machine(f"cp {tmp_path}/junit {tmp_path}/6.1/junit.xml; exit 1")
-    assert guests.run_guest("6.1", ["a test"]) == ""
-    assert len(results.read_junit(guests.junit("6.1"))) == 4
-
-
-@pytest.mark.parametrize(
-    ("chosen", "emulated", "acceleration"),
-    [
-        ("tcg", False, ["tcg,thread=single,tb-size=512", "shift=0,sleep=off"]),
-        ("kvm", True, ["tcg,thread=single,tb-size=512", "shift=0,sleep=off"]),
-        ("kvm", False, ["kvm"]),
-    ],
-)
-def test_emulated_processor_counts_its_instructions(
-    tmp_path: Path,
-    fake_machine: Callable[[str], None],
-    monkeypatch: pytest.MonkeyPatch,
-    chosen: str,
-    emulated: bool,
-    acceleration: list[str],
-) -> None:
-    fake_machine('echo "$@" >&2; exit 1')
-    monkeypatch.setenv("TORSIO_VM_ACCEL", chosen)
-    share = tmp_path / "share"
-    Machine(tmp_path, share, emulated=emulated).run("true", limit_s=60)
-    words = (share / "console").read_text().split()
-    found = [words[n + 1] for n, word in enumerate(words) if word in ("-accel", "-icount")]
-    assert found == acceleration

@@ -106,9 +106,7 @@ _COVERED_BY_KERNELS = (
 )
 # What pages say of measurements, and the programs that measure.
 _FIGURES = (
-    *("tests/board/test_binary.py", "tests/python/test_bench_batch.py"),
-    *("tests/python/test_bench_emulator.py", "tests/python/test_bench_games.py"),
-    *("tests/python/test_bench_host.py", "tests/python/test_bench_usb.py"),
+    "tests/board/test_binary.py",
     *("tests/studies/test_bench_brake.py", "tests/studies/test_bench_stiffness.py"),
 )
 _FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
