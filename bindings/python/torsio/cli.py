@@ -78,7 +78,7 @@ def list_command(as_json: AsJson = False) -> None:
 @app.command("info")
 @plainly
 def info_command(device: Device = "", as_json: AsJson = False) -> None:
-    """Show who a knob is, how it is, and how it is configured."""
+    """Show a knob's identity, state and configuration."""
     with opened(device, err if as_json else out) as knob:
         groups = {
             "info": asdict(knob.info),
@@ -112,19 +112,19 @@ def doctor_command(
         typer.Option(
             "--device",
             metavar="DEVICE",
-            help="Path, serial number, or 'emulated'; every real knob unless given.",
+            help="Path, serial number, or 'emulated'. Default: every real knob.",
         ),
     ] = "",
     quick: Annotated[
         bool,
         typer.Option(
             "--quick",
-            help="Calibrate quickly as well: has anything drifted? The knob of --device turns.",
+            help="Also look for drift with a quick calibration. The knob of --device turns.",
         ),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Check the knobs, and say what to do about what is wrong.
+    """Check the knobs, and say what to do about each problem.
 
     The exit status is 0 only if all is well. It takes three seconds a knob and changes nothing.
     With --quick it takes ten more, and the knob turns by itself: take your hand off.
@@ -166,18 +166,18 @@ def _print_report(report: doctor.Report) -> None:
 def calibrate_command(
     device: Device = "",
     quick: Annotated[
-        bool, typer.Option("--quick", help="13 seconds: has anything drifted since it was kept?")
+        bool, typer.Option("--quick", help="Only compare with the kept values, in 13 seconds.")
     ] = False,
     keep: Annotated[
-        bool, typer.Option("--save", help="Keep what is found, without asking.")
+        bool, typer.Option("--save", help="Keep the findings, without asking.")
     ] = False,
     picture: Annotated[
         Path | None,
-        typer.Option("--picture", metavar="FILE", help="PNG of all fits and what they leave."),
+        typer.Option("--picture", metavar="FILE", help="PNG of all fits and their residuals."),
     ] = None,
     ambient_c: Annotated[
         float | None,
-        typer.Option("--ambient", metavar="CELSIUS", help="How warm it is, for the record."),
+        typer.Option("--ambient", metavar="CELSIUS", help="Ambient temperature, for the record."),
     ] = None,
     supply_v: Annotated[
         float | None,

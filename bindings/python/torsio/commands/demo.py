@@ -34,7 +34,7 @@ def wall_command(
         bool, typer.Option("--paced", help="Emulated knob only: take real time.")
     ] = False,
     out_folder: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where picture and numbers go.")
+        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder for picture and numbers.")
     ] = Path("out"),
     as_json: AsJson = False,
 ) -> None:

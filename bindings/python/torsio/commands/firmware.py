@@ -1,4 +1,4 @@
-"""`torsio firmware`: what is in a file, and putting it on a knob."""
+"""`torsio firmware`: looks into a file, and puts it on a knob."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def update_command(
         typer.Option(
             "--drive",
             metavar="FOLDER",
-            help="Where the boot loader's drive will be, if it cannot be found.",
+            help="Folder of the boot loader's drive, if it cannot be found.",
             show_default=False,
         ),
     ] = None,

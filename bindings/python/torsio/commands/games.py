@@ -1,4 +1,4 @@
-"""The commands `torsio games ...`: what games do with a knob, and what they may do."""
+"""The commands `torsio games ...`: effects of games on a knob, and their permissions."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def games_command(
     seconds: Seconds = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show the effects of games live: what each gives, how often it changes, who has the actuator.
+    """Show the effects of games live: torque, rate of updates, owner of the actuator.
 
     Ctrl-C ends it. With --json, or without a terminal, it shows one moment and ends.
     """
@@ -141,40 +141,42 @@ def games_set_command(
     context: typer.Context,
     device: Device = "",
     range_deg: Annotated[
-        float | None, typer.Option("--range-deg", help="From end to end of the axis.")
+        float | None, typer.Option("--range-deg", help="Degrees from end to end of the axis.")
     ] = None,
     gain: Annotated[
-        float | None, typer.Option("--gain", help="On top of the games' own, 0 to 1.")
+        float | None, typer.Option("--gain", help="Factor on the games' own gain, 0 to 1.")
     ] = None,
     torque_max_nm: Annotated[
-        float | None, typer.Option("--torque-max-nm", help="Of all effects together.")
+        float | None, typer.Option("--torque-max-nm", help="Limit of all effects together.")
     ] = None,
     spring_gain: Annotated[
         float | None, typer.Option("--spring-gain", help="1: full torque at the end of the axis.")
     ] = None,
     end_stiffness_nm_per_rad: Annotated[
         float | None,
-        typer.Option("--end-stiffness", help="Of walls at the ends, in N m/rad; 0: none."),
+        typer.Option(
+            "--end-stiffness", help="Stiffness of walls at the ends, in N m/rad; 0: none."
+        ),
     ] = None,
     join_updates: Annotated[
         bool | None,
-        typer.Option("--join-updates/--hold-updates", help="Lines or steps between updates."),
+        typer.Option("--join-updates/--hold-updates", help="Join updates by lines, or hold each."),
     ] = None,
     enabled: Annotated[
-        bool | None, typer.Option("--allow/--shut-out", help="Whether games get the actuator.")
+        bool | None, typer.Option("--allow/--shut-out", help="Let games use the actuator, or not.")
     ] = None,
     personality: Annotated[
         str | None,
-        typer.Option("--personality", help="game_controller or dial, from its next start on."),
+        typer.Option("--personality", help="game_controller or dial, from the next start on."),
     ] = None,
     dial_use: Annotated[
-        str | None, typer.Option("--dial-use", help="Of a dial: wheel, pan or volume.")
+        str | None, typer.Option("--dial-use", help="Use of a dial: wheel, pan or volume.")
     ] = None,
     dial_detents: Annotated[
-        int | None, typer.Option("--dial-detents", help="Of a dial, in a turn.")
+        int | None, typer.Option("--dial-detents", help="Detents of a dial, in a turn.")
     ] = None,
     dial_torque_nm: Annotated[
-        float | None, typer.Option("--dial-torque-nm", help="Of a dial's detents; 0: none.")
+        float | None, typer.Option("--dial-torque-nm", help="Torque of a dial's detents; 0: none.")
     ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. Settings that are not named stay."""
@@ -193,7 +195,7 @@ def games_set_command(
 
 def add_to(app: typer.Typer) -> None:
     """Add the group `games`."""
-    about_games = typer.Typer(help="See what games do, and set what they may do.")
+    about_games = typer.Typer(help="Show effects of games, and set their permissions.")
     about_games.callback(invoke_without_command=True)(plainly(games_command))
     about_games.command("set")(plainly(games_set_command))
     app.add_typer(about_games, name="games")

@@ -43,7 +43,7 @@ def _bar(torque_nm: float) -> Text:
 
 
 def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> RenderableType:
-    """Show a knob as it is now, its newest samples at hand."""
+    """Show a knob's state now, with its newest samples."""
     health, statistics = knob.health(), knob.statistics()
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(min_width=16)

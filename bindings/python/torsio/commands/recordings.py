@@ -31,15 +31,17 @@ _TOLD_EVERY_S = 0.25
 
 
 def record_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="To be written; ends in .mcap.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; ends in .mcap.")],
     device: Device = "",
     duration_s: Annotated[
         float | None,
-        typer.Option("--seconds", min=0.1, help="End by itself; else Ctrl-C.", show_default=False),
+        typer.Option(
+            "--seconds", min=0.1, help="End after so long; otherwise Ctrl-C.", show_default=False
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Record what a knob does to FILE, which `torsio.load`, Foxglove and PlotJuggler open.
+    """Record a knob to FILE, for `torsio.load`, Foxglove and PlotJuggler.
 
     The file is whole up to the last second whatever happens. The knob is not armed by this.
     """
@@ -77,7 +79,9 @@ def _wait(knob: torsio.Knob, recording: torsio.RecordingFile, duration_s: float 
 def export_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.")],
     table: Annotated[Path, typer.Argument(metavar="TABLE", help="Ends in .csv or .parquet.")],
-    separator: Annotated[str, typer.Option("--separator", help="Of columns in CSV.")] = ",",
+    separator: Annotated[
+        str, typer.Option("--separator", help="Separator of columns in CSV.")
+    ] = ",",
     decimal: Annotated[str, typer.Option("--decimal", help="Point or comma in CSV.")] = ".",
 ) -> None:
     """Write the telemetry of a recording as a table, one row a sample."""
@@ -112,7 +116,7 @@ def replay_command(
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="To change: law=motor_only, wall.stiffness_nm_per_rad=0.7; may be repeated.",
+            help="Change, as law=motor_only or wall.stiffness_nm_per_rad=0.7; may be repeated.",
             show_default=False,
         ),
     ] = None,
@@ -166,18 +170,20 @@ def _print_replayed(replayed: torsio.Replayed, differences: dict[str, float]) ->
 
 
 def report_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="To be written; ends in .zip.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; ends in .zip.")],
     device: Device = "",
     recording: Annotated[
         Path | None,
-        typer.Option("--recording", metavar="FILE", help="Made before.", show_default=False),
+        typer.Option(
+            "--recording", metavar="FILE", help="An earlier recording.", show_default=False
+        ),
     ] = None,
     duration_s: Annotated[
-        float, typer.Option("--seconds", min=0.1, max=600.0, help="To record, unless one is given.")
+        float, typer.Option("--seconds", min=0.1, max=600.0, help="Length of a new recording.")
     ] = 2.0,
     as_json: AsJson = False,
 ) -> None:
-    """Put what somebody needs to look into a fault into one FILE: doctor, versions, a recording.
+    """Make one FILE for a fault report: findings of doctor, versions, a recording.
 
     Nothing personal is in it; what is, it says itself.
     """

@@ -1,4 +1,4 @@
-"""The commands `torsio config ...`: what a knob is made of."""
+"""The commands `torsio config ...`: a knob's configuration."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def config_get_command(
     names: Annotated[list[str] | None, typer.Argument(metavar="[FIELD]...")] = None,
     device: Device = "",
 ) -> None:
-    """Show fields of the configuration, one a line; all unless some are named."""
+    """Show fields of the configuration, one a line. Without names it shows all."""
     with opened(device, err) as knob:
         _show_fields(knob, names or [])
 
@@ -73,7 +73,7 @@ def config_dump_command(device: Device = "") -> None:
 
 
 def config_load_command(file: Path, device: Device = "") -> None:
-    """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
+    """Set the values of a file from `dump`, all or nothing, and keep them on the knob."""
     # Also as PowerShell's redirection and Notepad write it. Bytes that are no text are no field's
     # name, and reported as such.
     read = content(file)
@@ -87,7 +87,7 @@ def config_load_command(file: Path, device: Device = "") -> None:
 
 def add_to(app: typer.Typer) -> None:
     """Add the group `config`."""
-    config = typer.Typer(help="Read and set what a knob is made of.", no_args_is_help=True)
+    config = typer.Typer(help="Read and set a knob's configuration.", no_args_is_help=True)
     config.command("get")(plainly(config_get_command))
     config.command("set")(plainly(config_set_command))
     config.command("dump")(plainly(config_dump_command))

@@ -1,4 +1,4 @@
-"""What the commands of `torsio` share: options, opening a knob, and reporting errors."""
+"""Shared by the commands of `torsio`: options, opening a knob, reporting errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ AsJson = Annotated[
     bool,
     typer.Option(
         "--json",
-        help="Print JSON to standard output; all else then goes to standard error.",
+        help="Print JSON to standard output, everything else to standard error.",
     ),
 ]
 

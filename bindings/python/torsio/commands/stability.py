@@ -57,7 +57,7 @@ def _told(
 def stability_command(
     device: Device = "",
     law: Annotated[
-        str, typer.Option("--law", metavar="LAW", help="Instead of the one that the knob has.")
+        str, typer.Option("--law", metavar="LAW", help="Law in place of the knob's.")
     ] = "",
     picture: Annotated[
         Path | None,

@@ -156,10 +156,11 @@ def emulate_command(
         bool, typer.Option("--usbip", help="As a USB device over USB/IP, the only way.")
     ] = True,
     address: Annotated[
-        str, typer.Option(help="IPv4 address to listen on. Others than 127.0.0.1 let others in.")
+        str,
+        typer.Option(help="IPv4 address to listen on. Any but 127.0.0.1 lets other machines in."),
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="TCP port; 0 is any free one.")
+        int, typer.Option(min=0, max=65535, help="TCP port; 0 takes a free one.")
     ] = 3240,
     serial: Annotated[str, typer.Option(help="1 to 16 printable characters.")] = EMULATED_SERIAL,
     rate_hz: Annotated[
@@ -168,7 +169,7 @@ def emulate_command(
             min=MIN_CONTROL_RATE_HZ, max=MAX_CONTROL_RATE_HZ, help="Rate of the control loop."
         ),
     ] = 1e9 / EMULATED_CONTROL_PERIOD_NS,
-    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
     hand: Annotated[
         str,
         typer.Option(
@@ -179,11 +180,13 @@ def emulate_command(
     ] = "still",
     log: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write what truly happens at every control tick."),
+        typer.Option(metavar="FILE", help="Write true values of every control tick."),
     ] = None,
     storage: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Keep there what is saved on the knob, and start so."),
+        typer.Option(
+            metavar="FILE", help="Keep the knob's saved configuration there, and start with it."
+        ),
     ] = None,
 ) -> None:
     """Serve an emulated knob as a USB device, over USB/IP, until Ctrl-C.
