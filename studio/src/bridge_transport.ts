@@ -8,7 +8,7 @@ const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6, H
   HAND = 8, PRESS = 9, TRUTH = 10;
 const ANSWERS: readonly number[] = [GOT, STALLED, TAKEN];
 const NONSENSE =
-  "what is at the other end does not speak as `torsio studio` does; give page and package the same version of Torsio";
+  "the other end does not speak as `torsio studio` does; give page and package the same version of Torsio";
 
 interface Hello {
   title: string;

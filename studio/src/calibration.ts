@@ -188,7 +188,7 @@ export class Calibrating {
       table(["quantity", "value ± standard uncertainty", "what it is"],
         found.quantities.map(([name, value, meaning]) => [name, value.replace("+-", "±"), meaning])),
       element("div", { class: "pictures" }, ...found.fits.map(picture)),
-      element("p", {}, found.changes.length ? "Proposed for the configuration; what is the motor's takes effect when the knob is plugged in the next time:" : "There is nothing to change."),
+      element("p", {}, found.changes.length ? "Proposed for the configuration; the motor's values take effect when you plug the knob in again:" : "There is nothing to change."),
       table(["field", "in the knob", "proposed"],
         found.changes.map(([name, before, after]) => [name, digits(before), digits(after)])),
       element("div", { class: "buttons" }, keep, leave),

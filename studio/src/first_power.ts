@@ -58,13 +58,13 @@ function steps(travel: Travel): Step[] {
   return [
     {
       title: "Link",
-      text: "Only USB, no supply: the light goes on and off once a second. While the emergency stop's contact is " +
-        "open it flickers, and there is a fault: that is right.",
+      text: "Connect USB only, no supply. The light goes on and off once a second. If the emergency stop's contact " +
+        "is open, the light flickers and there is a fault. Both are right.",
       look: ({ state }) => ["disarmed", "armed", "fault"].includes(state),
     },
     {
       title: "Encoder",
-      text: "Turn the knob by hand, a whole turn in the direction that you call positive.",
+      text: "Turn the knob by hand, a whole turn in your positive direction.",
       look: ({ state, angleRad }) => {
         // A motor turns it too.
         if (state === "armed") travel.begin();
@@ -76,10 +76,10 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Supply",
-      text: "Supply on, before anything is armed: measure its volts with a meter. They are supply_v of the board's " +
-        "configuration, or do not go on: a board that is held low does not notice 24 V in place of 12. Disarmed: the " +
-        "enable line and all four bridge inputs at 0 V, no current beyond the bridges' own, the current sensor's " +
-        "output at its zero. Tick this off yourself.",
+      text: "Switch the supply on, but do not arm. Measure its voltage with a meter. It must equal supply_v of the " +
+        "board's configuration: a board with low limits does not notice 24 V in place of 12. Then measure: the " +
+        "enable line and all four bridge inputs have 0 V, only the bridges' own current flows, and the current " +
+        "sensor's output is at its zero. Tick this off yourself.",
     },
     {
       title: "Emergency stop",
@@ -91,9 +91,9 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Motor",
-      text: "A push of a little more than the friction, with caps of 15 mN·m and at most 10 rad/s, which the knob " +
-        "keeps; it must turn to larger angles. If the current grows to its limit instead, swap the current sensor's " +
-        "two wires.",
+      text: "The motor pushes a little harder than the friction, with caps of 15 mN·m and 10 rad/s. The knob keeps " +
+        "these caps. It must turn to larger angles. If the current grows to its limit instead, swap the current " +
+        "sensor's two wires.",
       act: {
         label: "take the caps, and the push as scene",
         scene: async (knob) => {
@@ -114,12 +114,12 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "PWM",
-      text: "40 kHz on the motor's inputs: with torque 0 both are high, with torque one of them is low for its share " +
-        "of the time. Tick this off yourself.",
+      text: "Look for 40 kHz on the motor's inputs. Without torque both are high. With torque one of them is low for " +
+        "its share of the time. Tick this off yourself.",
     },
     {
       title: "Brake",
-      text: "A friction of 10 mN·m with the law parallel, so that the brake makes it: its coil gets torque / constant * " +
+      text: "The brake makes a friction of 10 mN·m, with the law parallel. Its coil gets torque / constant * " +
         "resistance volts, and the knob drags.",
       act: {
         label: "take the caps and the law, and friction as scene",
@@ -133,20 +133,20 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Silence",
-      text: "While it is armed pull the USB plug: motor and brake let go at once. Plug it in, arm, and close this " +
-        "page: they do the same. Tick this off yourself.",
+      text: "Arm, and pull the USB plug: motor and brake let go at once. Plug it in, arm, and close this page: they " +
+        "do the same. Tick this off yourself.",
     },
     {
       title: "Confirm",
-      text: "Turn on confirmed in the board's configuration, with the speed limit on in that of control; apply and keep " +
-        "both. Turn values_are to stated in that of calibration, raise the motor's cap first, and hold the knob against " +
-        "30 mN·m of the motor for a second: half or twice the supply is told now. Only then raise the brake's cap, step " +
-        "by step.",
+      text: "Set a speed limit in the control configuration, and turn on confirmed in the board's. Apply and keep " +
+        "both. Set values_are to stated in the calibration's. Raise the motor's cap first, and hold the knob against " +
+        "30 mN·m for a second: a supply of half or twice the voltage is a fault now. Then raise the brake's cap, " +
+        "step by step.",
     },
     {
       title: "Calibrate",
-      text: "Raise the speed limit to 160 rad/s, which the turns take, and go on under Calibrate below. The knob turns " +
-        "by itself for half a minute, and what it is made of is measured.",
+      text: "Raise the speed limit to 160 rad/s, which the turns need, and go on under Calibrate below. The knob " +
+        "turns by itself for half a minute and measures its parts.",
     },
     {
       title: "A soft wall",

@@ -138,7 +138,7 @@ export class Knob {
       if (bad) {
         this.onComplaint(`${damaged} damaged reports came from the knob and were left out: ${CABLE}`);
       } else if (silent >= SILENT_LOOKS && this.transport.readOnly) {
-        this.onComplaint("the program takes no telemetry from its knob, so there is nothing to draw: start_telemetry() in it");
+        this.onComplaint("the program streams no telemetry, so there is nothing to draw: call start_telemetry() in it");
       } else if (silent >= SILENT_LOOKS) {
         this.onComplaint(`the knob has sent nothing for ${silent} s: ${CABLE}, or connect again`);
       } else if (complained) {
@@ -242,7 +242,7 @@ export class Knob {
     return new Promise<Values>((resolve, reject) => {
       const answered = whenSilent(() => {
         this.#answers.delete(sequence);
-        reject(new Error(`the device did not answer ${IN_TIME}; unplug it and plug it in again if that goes on`));
+        reject(new Error(`the device did not answer ${IN_TIME}; if that goes on, plug the knob in again`));
       });
       this.#answers.set(sequence, (answer) => {
         answered();

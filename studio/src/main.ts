@@ -252,7 +252,7 @@ async function connectTo(kind: string): Promise<void> {
   knob.onConfigured = () => attempt(() => configurations.load());
   try {
     if (knob.state === "armed" && drives()) {
-      say("the knob is armed: what plays on it stays until the scene is edited here, or it is armed anew");
+      say("the knob is armed and keeps its scene until you edit the scene here, or arm again");
     } else if (drives()) {
       await play(editor.scene);
     }

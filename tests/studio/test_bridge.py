@@ -226,7 +226,7 @@ def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address
         page.route_web_socket("**/knob?*", connect_armed)
         page.goto(address)
         state_is(page, "armed")
-        expect(page.locator("#message")).to_contain_text("what plays on it stays")
+        expect(page.locator("#message")).to_contain_text("keeps its scene until you edit")
         assert not [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]
         page.keyboard.press("Escape")
         state_is(page, "disarmed")

@@ -154,7 +154,7 @@ def test_page_sees_what_the_program_configures(
     browser: Browser, knob: torsio.Knob, watch: Watch
 ) -> None:
     with opened(browser, watch.address) as page:
-        expect(page.locator("#message")).to_contain_text("takes no telemetry from its knob")
+        expect(page.locator("#message")).to_contain_text("streams no telemetry")
         knob.start_telemetry(500.0)
         expect(page.locator("#message")).to_be_hidden()
         assert knob.emulator is not None
