@@ -43,6 +43,7 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 html_theme = "furo"
 html_title = "Torsio"
+html_show_copyright = False
 exclude_patterns = []
 suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 '''
@@ -52,16 +53,12 @@ _FIRST = """\
 Torsio is a USB knob that pushes back. The knob below runs the firmware's own sources in your
 browser: press **arm** and drag it into the wall. **Esc** lets go.
 
+Start here if you [have a knob](how-to/permission.md), [build one](hardware.md),
+[have no hardware](tutorials/first-wall.md), [test an application](tutorials/test-your-program.md), or
+[play games](games.md).
+
 <iframe src="studio/index.html" title="The studio, with an emulated knob"
   style="width:100%;height:46rem;border:1px solid var(--color-background-border)"></iframe>
-
-| you | start with |
-|---|---|
-| have a knob | [get permission](how-to/permission.md) |
-| build a knob | [building a knob](hardware.md) |
-| have no hardware | [your first wall](tutorials/first-wall.md) |
-| test an application | [a test for your program](tutorials/test-your-program.md) |
-| play or write games | [games](games.md) |
 
 Licence: [MIT](../LICENSE). Parts by others have [their own](../NOTICES.md).
 
@@ -103,7 +100,8 @@ def write_source() -> None:
     headers = [f"reference/{name}" for name in _reference()]
     trees = {}
     for title, pages in lists().items():
-        trees[title] = pages
+        if pages:  # README is not on the site
+            trees[title] = pages
         if title == "Reference":
             trees["Python, name by name"] = [f"reference/{module}" for module in _MODULES]
             trees["C++, name by name"] = headers
