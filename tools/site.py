@@ -54,8 +54,8 @@ Torsio is a USB knob that pushes back. The knob below runs the firmware's own so
 browser: press **arm** and drag it into the wall. **Esc** lets go.
 
 Start here if you [have a knob](how-to/permission.md), [build one](hardware.md),
-[have no hardware](tutorials/first-wall.md), [test an application](tutorials/test-your-program.md), or
-[play games](games.md).
+[have no hardware](tutorials/first-wall.md),
+[test an application](tutorials/test-your-program.md), or [play games](games.md).
 
 <iframe src="studio/index.html" title="The studio, with an emulated knob"
   style="width:100%;height:46rem;border:1px solid var(--color-background-border)"></iframe>
