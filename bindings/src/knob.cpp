@@ -67,13 +67,14 @@ class PyKnob {
   [[nodiscard]] Knob* get() const {
     if (is_in_hand()) {
       throw Error(
-          "the function of a hand cannot use a knob: it is called in the middle of a step of the "
-          "plant; what it may know are its arguments");
+          "the function of a hand cannot use a knob, because it runs in the middle of a step of "
+          "the "
+          "plant; use its arguments");
     }
     if (passing_->is_in_transport()) {
       throw Error(
-          "a transport, and the handler of a signal that comes in the middle of it, cannot use the "
-          "knob that is reached through it");
+          "a transport cannot use the knob behind it, nor can the handler of a signal that "
+          "interrupts the transport");
     }
     return knob_.get();
   }

@@ -40,8 +40,8 @@ inline emulator::MakeStepper stepper_from_python(const pybind11::object& source)
   }
   if (PyCapsule_IsValid(source.ptr(), stepper_capsule_name()) == 0) {
     throw pybind11::value_error(
-        "stepper comes from a module that was built from other sources or by another compiler than "
-        "this one; build both anew");
+        "stepper comes from a module with other sources or another compiler than this one; build "
+        "both anew");
   }
   return *static_cast<emulator::MakeStepper*>(
       PyCapsule_GetPointer(source.ptr(), stepper_capsule_name()));

@@ -240,13 +240,11 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
   const core::Parts parts = device::parts(actuator, control, resolution);
   if (!Loop(played, parts, double{control.speed_bandwidth_hz}).swings()) return {};
   const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
-  return "let go, the knob may swing in this for ever: all that plays is together stiffer, damps "
-         "more "
-         "or has more inertia than its parts can render at " +
+  return "let go, the knob may swing in this for ever: together the effects are stiffer, damp more "
+         "or have more inertia than its parts can render at " +
          rate_hz + " Hz; ask for less" +
-         (bounds
-              ? ", for no law bounds a local model"
-              : ", or set the law 'calibrated', which gives as much of a scene as does not swing");
+         (bounds ? ", because no law bounds a local model"
+                 : ", or set the law 'calibrated', which bounds a scene");
 }
 
 }  // namespace torsio::conversion

@@ -58,7 +58,7 @@ int open_lock_file(const std::string& path) {
       return -1;
     throw DeviceBusy(path +
                      " is the device's lock and cannot be opened: another user has the "
-                     "device, or has left the file; remove it if nobody has");
+                     "device, or has left the file; remove it if nobody uses the device");
   }
   if (::fstat(file, &opened) == 0 && S_ISREG(opened.st_mode)) return file;
   ::close(file);

@@ -148,8 +148,8 @@ Knob Knob::open(std::unique_ptr<Transport> transport, const OpenOptions& options
   if (transport == nullptr) throw InvalidArgument("there is no transport to open a knob over");
   if (options.emulator) {
     throw InvalidArgument(
-        "emulator options are not for a transport that is there already: give them to "
-        "open_transport(), which makes an emulated knob");
+        "emulator options do not go with an open transport: give them to open_transport(), which "
+        "makes an emulated knob");
   }
   return {Connection{.transport = std::move(transport), .kind = "own", .path = {}, .product = {}},
           options};

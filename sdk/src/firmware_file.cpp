@@ -108,9 +108,8 @@ std::string chip_of(const Block& block) {
 /// A file's content for the flash, without a gap from its begin on.
 std::string image_of(std::string_view file, std::string& chip) {
   if (file.empty() || file.size() % kBlockBytes != 0) {
-    reject_file(
-        "it has " + std::to_string(file.size()) +
-        " bytes, which is no whole number of blocks of 512: it was cut off, or is no UF2 file");
+    reject_file("it has " + std::to_string(file.size()) +
+                " bytes, not a multiple of 512: it was cut off, or is no UF2 file");
   }
   const std::size_t blocks = file.size() / kBlockBytes;
   const Block leading = block_at(file, 0);

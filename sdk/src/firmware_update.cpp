@@ -275,8 +275,8 @@ class FirmwareUpdater {
   std::string no_drive(const std::string& board_id) const {
     return (options_.drive.empty() ? "a drive " + board_id : path_text(options_.drive)) + " with " +
            kInfo + " did not appear within " + timeout_text() +
-           "; the board waits for firmware: copy the file onto its drive, or unplug it and plug it "
-           "in again, which leaves the old one";
+           "; the board waits for firmware: copy the file onto its drive, or plug the board in "
+           "again to keep the old firmware";
   }
 
   /// To where it runs as soon as it is whole.

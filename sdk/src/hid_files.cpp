@@ -26,10 +26,10 @@ namespace torsio {
 namespace {
 
 constexpr const char* kUdevHint =
-    "Torsio's udev rule is not in force; run `./dev udev` in its source tree, or copy "
+    "Torsio's udev rule is not in force. Run `./dev udev` in its source tree. Or copy "
     "60-torsio.rules from there to /etc/udev/rules.d/, run `udevadm control --reload` as root and "
-    "plug the knob in again (uaccess serves whoever is logged in at the machine; over ssh it does "
-    "not)";
+    "plug the knob in again. The rule (uaccess) serves the user at the machine's own screen, not "
+    "over ssh";
 
 }  // namespace
 

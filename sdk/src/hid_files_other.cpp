@@ -15,7 +15,7 @@ std::string permission_text(const std::string& path) {
 #else
   return "macOS does not let this program open " + path +
          ": allow it under System Settings, Privacy & Security, Input Monitoring, and start it "
-         "again; or another program has the knob for itself";
+         "again. Or close another program that has the knob";
 #endif
 }
 

@@ -105,8 +105,7 @@ class FirmwareUpdate:
     before: DeviceInfo | None
     after: DeviceInfo
     kept: bool | None
-    """The configuration is the one of before, which what was not saved does not outlive; None if
-    that could not be asked."""
+    """The saved configuration from before; None if it could not be asked."""
     configuration: str
     """The one of before, for `torsio.load_config`; empty likewise."""
 

@@ -60,7 +60,7 @@ def held_low(limits: Limits) -> HeldLowWarning:
 def no_speed_limit() -> NoSpeedLimitWarning:
     """Say that nothing stops a knob that runs away, and what would."""
     return NoSpeedLimitWarning(
-        "this board has no speed limit, so nothing stops a knob that runs away: give it one with "
+        "this board has no speed limit, so nothing stops a knob that runs away. Set one with "
         "knob.update(speed_limit_rad_s=...) and knob.save() (docs/hardware.md, first power)"
     )
 

@@ -30,7 +30,7 @@ def open(
         configuration while the process lives, and a second open of it raises `DeviceBusy`. Or a
         `Transport` of one's own, which is closed with the knob.
     emulator
-        What an emulated knob is like; an error with a selector that means a real one.
+        Options of an emulated knob; an error with a selector of a real one.
     command_timeout_s
         Longest wait for an answer of the device.
     ring_samples

@@ -44,9 +44,9 @@ def boundary(
     """Give the damping and the stiffness of springs with dampers that are just stable.
 
     A swing of frequency w goes on for ever if ``J (i w)^2 + b i w + (K + d i w) exp(-i w tau)`` is
-    0: the commands act half a period and the motor's lag late, the damper later by the estimate of
-    the speed. `b` has the friction in it, as its describing function has it where the motor
-    saturates, and spring and brake carry their part at once.
+    0: the commands act half a period and the motor's lag late. The damper acts later still, by the
+    lag of the speed's estimate. `b` has the friction in it, as its describing function has it where
+    the motor saturates, and spring and brake carry their part at once.
 
     Returns
     -------

@@ -79,7 +79,7 @@ def assert_felt(
         N m on the knob, positive along positive angle: a number, one for each row of the log, or a
         function that is given the angles in rad, shape (n,), and gives as many torques.
     tolerance_nm
-        How far off a row may be, > 0. 5 mN m is what the reference actuator is good to.
+        How far off a row may be, > 0. The reference actuator is good to 5 mN m.
     from_s, to_s
         Look at this span of the log's own ``time_s`` only.
     share

@@ -136,7 +136,7 @@ ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
     if (++halvings > kMostHalvings) {
       throw std::invalid_argument(
           "plant: its fastest motion is more than 1e11 times faster than step_ns; "
-          "shorten the step, or set a time constant that does not matter to 0");
+          "shorten the step, or set small time constants to 0");
     }
   }
   longest_ns_ = cells_ == std::int64_t{1} << (rungs_ - 1) ? step_ns : 0;

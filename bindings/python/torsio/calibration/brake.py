@@ -46,8 +46,8 @@ class Brake:
 def hold_and_let_go(player: Player, brake_nm: float, step: str = _STEP) -> None:
     """Hold the brake and let go of it, so that it leaves what it always leaves.
 
-    What a brake with hysteresis has of an earlier use is another thing each time: nothing when it
-    is new, and afterwards half the width of its loop, or what a board leaves that demagnetises it.
+    A brake with hysteresis keeps torque from an earlier use: nothing when it is new, and afterwards
+    half the width of its loop, or the rest after a board demagnetised it.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def hold_and_let_go(player: Player, brake_nm: float, step: str = _STEP) -> None:
         speed_limit_rad_s=60.0,
         torque_limit_nm=0.0,
     )
-    # What turns the knob meanwhile the steps that look at the knob will say.
+    # The other steps notice a knob that turns meanwhile.
     if log.stopped != "excitation_stopped":
         log.refuse_if_stopped(step, "", "")
 
@@ -203,8 +203,8 @@ def estimate_brake(
     torque = motor - inertia_kg_m2 * acceleration - viscous_nm_s_per_rad * speed
     turning = (speed > 0.3) & (time_s > log.time_s[0] + 0.4)
     changes = np.flatnonzero(np.abs(np.diff(log.brake_nm)) > 1e-6) + 1
-    # A sample tells of the command that is in force at its begin, so of the tick before it; and a
-    # step may have been told by any of the ticks since the sample before.
+    # A sample shows the command at its begin, so of the tick before it. A step may come in any of
+    # the ticks since the last sample.
     began_s = log.time_s[changes] - 0.5 * (log.period_s + log.tick_s)
     began_sigma_s = math.sqrt(max(log.period_s**2 - log.tick_s**2, 0.0) / 12.0)
     begins = np.append(log.time_s[0] - 1.0, began_s)

@@ -64,8 +64,8 @@ class BrakeCurve:
     def bend(self) -> tuple[float, float, float]:
         """Give where it strays furthest from a straight line through zero.
 
-        Half the width of the loop is added on the way up and taken off on the way down; the line is
-        the one through zero that fits best.
+        Half the width of the loop is added on the way up and taken off on the way down. The line
+        goes through zero and fits best.
 
         Returns
         -------

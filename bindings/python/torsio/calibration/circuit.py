@@ -30,7 +30,8 @@ __all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "Circuit", "CircuitSteps"]
 
 ELECTRIC_STEPS = ("current sensor", "torque constant", "winding")
 """What a device with a current sensor does more, as `progress` names it: before the signs, after
-them, and before the shaft. What holds the brake comes late: a brake may keep some of its torque."""
+them, and before the shaft. The step that holds the brake comes late: a brake may keep some of its
+torque."""
 
 MEASURED_OF_BOARD = (
     *("supply_v", "motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"),
@@ -311,7 +312,7 @@ class CircuitSteps:
             motor_inductance_h=found.inductance.value,
             motor_torque_constant_nm_per_a=constant,
         )
-        # What it has reckoned with since it started may be another than what is configured now.
+        # The device may still use older values than the configured ones.
         believed = self._player.motor_current().torque_constant_nm_per_a
         self._player.torque_share = constant / believed
         self._player.drive = drive_of(self._knob, proposed)

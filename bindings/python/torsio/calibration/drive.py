@@ -13,8 +13,8 @@ from torsio.knob import Knob
 
 __all__ = ["Drive", "drive_of"]
 
-# From the middle of the bridge's pulse to the moment that the current is read: what interrupt and
-# converter take, of which no more is known.
+# From the middle of the bridge's pulse to the moment that the current is read: the time of
+# interrupt and converter, not known better.
 _LATE_S, _LATE_SIGMA = 1.0e-6, 0.35
 _NOISE_V = 1e-3  # of the current sensor
 
@@ -39,10 +39,10 @@ class _Loop:
 class Drive:
     """A motor on a bridge whose current is read a little late.
 
-    While the bridge drives, the current rises; in the middle of the pulse it is at its mean. Who
-    reads it later reads too much, and holds the mean too low by ``rise_a * (1 - |share|)``,
-    whichever way the bridge drives. Near no share at all the sensor's noise has it drive now this
-    way, now that.
+    While the bridge drives, the current rises; in the middle of the pulse it is at its mean. A
+    later reading is too large, and holds the mean too low by ``rise_a * (1 - |share|)``, whichever
+    way the bridge drives. Near no share at all the sensor's noise has it drive now this way, now
+    that.
 
     Attributes
     ----------

@@ -140,7 +140,7 @@ class Intervals:
 
     @staticmethod
     def together(parts: Sequence[Intervals]) -> Intervals:
-        """Give those of all parts."""
+        """Give the intervals of all parts."""
         names = [of.name for of in fields(Intervals)]
         return Intervals(
             *(np.concatenate([getattr(part, name) for part in parts]) for name in names)

@@ -21,8 +21,8 @@ __all__ = [
 # All of these were found on emulated knobs that `torsio study calibration` does not use: the
 # numbers 0 to 130, and with a drive 200 to 259, with a pico2's loop and with a pico's.
 
-# So much of what a fit states remains: it takes for chance what is alike in every step and pull up,
-# and in every one down, and that drops out of the difference.
+# Share of a fit's stated uncertainty that remains. The fit takes for chance what is alike in every
+# step up, and in every step down. That drops out of the difference.
 STATED_TOO_WIDE = {"hysteresis_nm": 0.6, "rise_s": 0.55, "knob_coulomb_nm": 0.8}
 
 # Gaps of the models, as a share and at least.
@@ -60,9 +60,9 @@ LEFT_OUT_BY_SIMPLE_LOOP = {
     "offset_nm": (0.0, 1.0e-5),
     "brake_gain": (2e-3, 0.0),
 }
-# All of the above holds for ticks of 0.1 ms and less. Each millisecond more leaves out so much:
-# when in a tick a torque acts is known to a fiftieth of it, which the shaft's damping feels most.
-# Found on the numbers 0 to 119.
+# All of the above holds for ticks of 0.1 ms and less. Each millisecond of the tick adds so much:
+# the moment of a torque is known to a fiftieth of a tick. The shaft's damping feels it most. Found
+# on the numbers 0 to 119.
 _TICK_S = 1e-4
 _BY_TICK = {
     "coulomb_nm": (2.2e-4, 0.0),

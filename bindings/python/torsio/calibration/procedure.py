@@ -42,7 +42,7 @@ __all__ = ["STEPS", "calibrate"]
 STEPS = ("signs", "friction and inertia", "shaft", "brake")
 """In their order, as `progress` names them."""
 
-# What a device of this kind may be at most from what its configuration says: beyond it is a fault.
+# Largest factor between a device and its configuration; beyond it is a fault.
 _PLAUSIBLE = 5.0
 
 
@@ -95,7 +95,7 @@ def calibrate(
         raise Refusal(
             STEPS[0], "limited", f"it turns the knob at {FAST_RAD_S:g} rad/s, and the speed limit "
             f"is {control.speed_limit_rad_s:g}: torsio config set "
-            f"speed_limit_rad_s={FREE_LIMIT_RAD_S:g}, and back when it is done",
+            f"speed_limit_rad_s={FREE_LIMIT_RAD_S:g}, and set it back afterwards",
         )  # fmt: skip
     if moves_parts(knob.info.board) and not knob.board_config().confirmed:
         raise Refusal(

@@ -25,7 +25,7 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def _add_missing(app: typer.Typer, name: str) -> None:
-    # Whatever comes after it, so that no option is complained about first.
+    # Takes any arguments, so that no option is complained about first.
     @app.command(
         name,
         help=f"Not installed; `torsio {name}` says how.",

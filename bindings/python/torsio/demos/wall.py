@@ -27,8 +27,8 @@ PEAK_TORQUE_NM = 75e-3
 BETA = 0.5
 RATE_HZ = 1000.0
 
-# The hand pushes in for 1 s, holds for 0.2 s and comes out in 1 s. Its stiffness, damping and mass
-# are those of fingers that grip a knob.
+# The hand pushes in for 1 s, holds for 0.2 s and comes out in 1 s. It has the stiffness, damping
+# and mass of fingers that grip a knob.
 PUSH_S, HOLD_S, PULL_S, AFTER_S = 1.0, 0.2, 1.0, 0.2
 HAND_STIFFNESS_NM_PER_RAD = 1.0
 HAND_DAMPING_NM_S_PER_RAD = 10e-3
@@ -172,8 +172,8 @@ def fingers(intended_angle_rad: Profile) -> ImpedanceHand:
 def hand(stiffness_nm_per_rad: float = WALL_STIFFNESS_NM_PER_RAD) -> ImpedanceHand:
     """Give the hand that visits a wall of this stiffness.
 
-    To press with the peak torque a compliant hand must mean to go further than the knob does: by
-    the depth in the wall, and by what its own stiffness gives way.
+    To press with the peak torque a compliant hand must aim further than the knob goes: by the depth
+    in the wall, and by its own compliance.
     """
     depth_rad = PEAK_TORQUE_NM / stiffness_nm_per_rad
     give_rad = (PEAK_TORQUE_NM + KNOB_FRICTION_NM) / HAND_STIFFNESS_NM_PER_RAD

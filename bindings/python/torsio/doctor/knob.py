@@ -244,7 +244,7 @@ def check_ticks(facts: KnobFacts) -> Finding:
         "ticks",
         False,
         text + f", and {late} ticks came late just now",
-        "take effects out of the scene; if it stays so with an empty one, load the firmware of the "
+        "take effects out of the scene; if an empty scene does not help, load the firmware of the "
         "release again, and report it",
         values,
     )
