@@ -145,10 +145,7 @@ def test_documents_say_how_long_a_tick_in_damped_walls_takes(
 
 @pytest.mark.slow_chip
 @pytest.mark.parametrize(("law", "most"), [("paper", 6), ("calibrated", 4)])
-def test_documents_say_how_many_damped_walls_fit(law: str, most: int) -> None:
-    text = (pico.TREE / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
-    words = {4: "four", 6: "six"}
-    assert words[most] in text.split("### overrun", 1)[1].split("###", 1)[0]
+def test_so_many_damped_walls_fit(law: str, most: int) -> None:
     with pico.enumerated() as board:
         assert board.set("control_config", law=law)["status"] == 0
         board.turn(60)

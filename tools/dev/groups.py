@@ -43,7 +43,7 @@ _CODE = (
     *("firmware", "studies", "studio", "examples", "tests", "tools", "dev", ".ci"),
     *(".clang-format", ".editorconfig", ".gitignore"),
 )
-_BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md", "docs/troubleshooting.md")
+_BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md")
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
 
