@@ -8,14 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.python import reference
 from torsio import core, protocol
-
-TORQUE = st.floats(-1.0, 1.0, width=32)
-LAWS = ("paper", "compensated", "parallel", "motor_only")
 
 
 def floats(*shape: int, seed: int = 1, scale: float = 1.0) -> npt.NDArray[np.float32]:
@@ -25,101 +20,10 @@ def floats(*shape: int, seed: int = 1, scale: float = 1.0) -> npt.NDArray[np.flo
 # Soft sensor
 
 
-def test_sensor_winds_up_against_the_motion_when_the_brake_holds() -> None:
-    state = core.SoftSensorState()
-    torque = core.sense_spring(state, 0.01, 1.0, stiffness_nm_per_rad=2.873)
-    assert torque == pytest.approx(-0.02873, rel=1e-6)
-
-
-def test_sensor_slips_at_the_capacity_when_the_knob_goes_on() -> None:
-    state = core.SoftSensorState()
-    for _ in range(100):
-        torque = core.sense_spring(state, 0.01, 0.02)
-    assert torque == pytest.approx(-0.02)
-
-
-@given(st.lists(st.tuples(TORQUE, st.floats(0.0, 1.0, width=32)), min_size=1, max_size=50))
-def test_sensor_never_exceeds_what_the_brake_holds(steps: list[tuple[float, float]]) -> None:
-    state = core.SoftSensorState()
-    for delta, capacity in steps:
-        assert abs(core.sense_spring(state, delta, capacity)) <= capacity
-
-
-@given(st.lists(TORQUE, min_size=1, max_size=50))
-def test_sensor_is_odd_in_the_motion(deltas: list[float]) -> None:
-    one, other = core.SoftSensorState(), core.SoftSensorState()
-    for delta in deltas:
-        assert core.sense_spring(one, delta, 0.5) == -core.sense_spring(other, -delta, 0.5)
-
-
 # Brake model
 
 
-@given(st.floats(1e-4, 1.0), st.floats(1e-5, 1e-2), st.integers(1, 200))
-def test_brake_model_follows_the_exponential_of_its_lag(
-    time_constant: float, period: float, ticks: int
-) -> None:
-    params = core.BrakeParams(time_constant_s=time_constant, period_s=period, floor_nm=0.0)
-    state = core.BrakeState()
-    for _ in range(ticks):
-        torque = core.model_brake(state, params, 0.1)
-    exact = 0.1 * -math.expm1(-ticks * period / time_constant)
-    # The share left over from tick to tick is close to 1, where 32 bits resolve 6e-8 of it.
-    resolution = 6e-8 * time_constant / period
-    assert torque == pytest.approx(exact, rel=1e-5 + 2 * resolution, abs=1e-9)
-
-
-def test_brake_model_never_goes_below_its_floor() -> None:
-    params = core.BrakeParams(floor_nm=3.3e-3)
-    assert core.model_brake(core.BrakeState(), params, 0.0) == pytest.approx(3.3e-3)
-
-
 # Partition
-
-
-@given(TORQUE, TORQUE, st.floats(0.0, 1.0), st.sampled_from(LAWS))
-def test_partition_stays_within_the_actuators(
-    desired: float, spring: float, beta: float, law: str
-) -> None:
-    params = core.PartitionParams(
-        law=law,
-        beta=beta,
-        motor_torque_max_nm=0.085,
-        brake_torque_max_nm=0.11,
-    )
-    shares = core.partition(params, desired, spring)
-    assert abs(shares.motor_command_nm) <= np.float32(0.085)
-    assert 0.0 <= shares.brake_command_nm <= np.float32(0.11)
-
-
-@given(TORQUE, TORQUE, st.sampled_from(LAWS))
-def test_partition_is_the_same_law_in_both_directions(
-    desired: float, spring: float, law: str
-) -> None:
-    params = core.PartitionParams(law=law)
-    one, other = core.partition(params, desired, spring), core.partition(params, -desired, -spring)
-    assert one.motor_command_nm == -other.motor_command_nm
-    assert one.brake_command_nm == other.brake_command_nm
-
-
-@given(TORQUE, st.sampled_from(LAWS))
-def test_partition_is_silent_in_free_space(spring: float, law: str) -> None:
-    shares = core.partition(core.PartitionParams(law=law), 0.0, spring)
-    assert (shares.motor_command_nm, shares.brake_command_nm) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_partition_releases_brake_when_user_pushes_with_the_wall(sign: float) -> None:
-    shares = core.partition(core.PartitionParams(), -0.04 * sign, 0.01 * sign)
-    assert shares.brake_command_nm == 0.0
-    assert shares.motor_command_nm == pytest.approx(-0.04 * sign)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_partition_shares_the_torque_when_the_spring_helps(sign: float) -> None:
-    shares = core.partition(core.PartitionParams(beta=0.5), -0.06 * sign, -0.02 * sign)
-    assert shares.motor_command_nm == pytest.approx(-0.04 * sign)
-    assert shares.brake_command_nm == pytest.approx(0.03)
 
 
 def test_partition_and_sensor_follow_the_papers_equations_over_a_record() -> None:
@@ -152,30 +56,6 @@ def test_unknown_law_is_refused_by_name() -> None:
 
 
 # Motion
-
-
-@given(
-    st.lists(st.integers(-20000, 20000), min_size=1, max_size=60),
-    st.sampled_from([16, 24, 32]),
-    st.integers(0, 2**32 - 1),
-)
-def test_motion_counts_exactly_through_every_wrap(steps: list[int], bits: int, start: int) -> None:
-    params = core.MotionParams(counter_bits=bits)
-    state = core.MotionState()
-    core.track_motion(state, params, start % 2**bits)
-    position = 0
-    for step in steps:
-        position += step
-        motion = core.track_motion(state, params, (start + position) % 2**bits)
-        assert motion.delta_counts == step
-    assert motion.position_counts == position
-
-
-def test_motion_speed_settles_at_the_true_speed() -> None:
-    counts = (np.arange(2000) * 16).astype(np.uint32)  # 16 counts a tick at 1 kHz
-    rows = core.track_motion(core.MotionState(), core.MotionParams(), counts)
-    assert rows["speed_rad_s"][-1] == pytest.approx(16e3 * 2 * math.pi / 8192, rel=1e-4)
-    assert rows["acceleration_rad_s2"][-1] == pytest.approx(0.0, abs=1e-2)
 
 
 # Records
@@ -228,24 +108,6 @@ def scene_of(**effects: dict[str, Any]) -> core.Scene:
             for slot, (name, values) in enumerate(effects.items())
         ]
     )
-
-
-def test_scene_over_a_record_is_the_sum_of_its_effects_equations() -> None:
-    quarter_turn = 2**30  # in 2^-32 turns
-    scene = scene_of(
-        wall={"angle_turns_q32": quarter_turn, "stiffness_nm_per_rad": 0.5},
-        spring={"stiffness_nm_per_rad": 0.01},
-        detents={"per_turn_q32": 8 << 32, "torque_nm": 0.02},
-    )
-    assert scene.active == 3
-    counts = np.arange(0, 4096, 5)
-    angle = counts * 2 * np.pi / 8192
-    expected = -0.5 * np.maximum(angle - np.pi / 2, 0) - 0.01 * angle - 0.02 * np.sin(8 * angle)
-    torque = core.evaluate_scene_record(
-        scene, core.SceneState(), core.MotionParams(), core.MotionState(), counts
-    )
-    # The first count is where the motion begins: position 0.
-    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-6)
 
 
 def test_scene_tick_by_tick_gives_the_same_as_its_record() -> None:

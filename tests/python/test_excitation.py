@@ -32,20 +32,6 @@ def knob() -> Iterator[torsio.Knob]:
         yield knob
 
 
-def test_both_commands_go_in_straight_lines_from_where_they_are(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.02, brake_command_nm=0.04, ramp_s=0.1))
-    first = knob.record(0.05)
-    knob.excite(Excitation(**BOUNDS, motor_command_nm=-0.02, brake_command_nm=0.0, ramp_s=0.1))
-    second = knob.record(0.15)
-    assert np.diff(first["motor_command_nm"][3:]) == pytest.approx(0.02 / 100, abs=2e-5)
-    assert np.diff(first["brake_capacity_nm"][3:]) == pytest.approx(0.04 / 100, abs=2e-5)
-    # On from about half the way, with no jump.
-    steps = np.abs(np.diff(np.append(first["motor_command_nm"], second["motor_command_nm"])))
-    assert steps.max() < 5e-4
-    assert second["motor_command_nm"][-1] == pytest.approx(-0.02, abs=2e-5)
-    assert second["brake_capacity_nm"][-1] == 0.0
-
-
 def test_sine_goes_from_one_frequency_to_the_other(knob: torsio.Knob) -> None:
     knob.excite(Excitation(**BOUNDS, sine_nm=0.03, sine_begin_hz=10.0, sine_end_hz=50.0))
     knob.sleep(0.4)
@@ -56,21 +42,6 @@ def test_sine_goes_from_one_frequency_to_the_other(knob: torsio.Knob) -> None:
     turns = 10.0 * time_s + 40.0 * time_s * (time_s - 1e-3)
     expected = 0.03 * np.sin(2 * math.pi * turns)
     assert log["motor_command_nm"][start : start + 300] == pytest.approx(expected, abs=5e-5)
-
-
-def test_servo_pulls_with_stiffness_and_damping_up_to_the_torque_limit(knob: torsio.Knob) -> None:
-    knob.excite(
-        Excitation(**BOUNDS, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=2e-3, servo_rad_s=1.0)
-    )
-    knob.sleep(0.45)
-    log = knob.read(max_samples=1000)
-    torque = log["motor_command_nm"].astype(float)
-    begin = int(np.argmax(torque > 1e-4))
-    # The knob is held at 0: damping times 1 rad/s at once, then 0.1 N m/rad times 1 rad/s.
-    assert torque[begin] == pytest.approx(2e-3, abs=2e-4)
-    assert np.diff(torque[begin : begin + 400]) == pytest.approx(1e-4, abs=2e-5)
-    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.08))
-    assert knob.record(0.02)["motor_command_nm"].max() == pytest.approx(0.05, abs=2e-5)
 
 
 def test_end_of_its_time_disarms_and_says_so(knob: torsio.Knob) -> None:
