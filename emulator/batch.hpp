@@ -12,7 +12,7 @@
 
 namespace torsio::emulator {
 
-/// What acts on a loop from outside until the next step.
+/// Inputs of a loop until the next step.
 struct BatchAction {
   double hand_torque_nm = 0.0;    ///< of the hand on the knob; within 100 N m
   double motor_command_nm = 0.0;  ///< in place of the law's; within 100 N m
@@ -30,8 +30,8 @@ struct BatchOptions {
   bool acts_commands = false;  ///< the actions' commands go to the actuators; the law only senses
 };
 
-/// Thousands of closed loops. What one does depends on nothing but its kind, its seed and its
-/// actions: to the bit the same as a ClosedLoop of its own, for any number of threads.
+/// Thousands of closed loops. A loop depends on nothing but its kind, its seed and its actions. It
+/// does the same to the bit as a ClosedLoop of its own, for any number of threads.
 ///
 /// Threads take the loops in shares. Loops of one kind have the tables of their steps in common
 /// within a share, so the memory that a step goes through grows with the kinds, not with the loops.

@@ -21,9 +21,9 @@
 
 namespace torsio::emulator {
 
-/// Controller, plant, encoder and hand under one virtual clock. What the device does around the
-/// controller is left out: arming and its soft start, the watchdog, faults. A copy goes its own
-/// way, but shares what Plant says.
+/// Controller, plant, encoder and hand under one virtual clock. The device around the controller is
+/// left out: arming and its soft start, the watchdog, faults. A copy goes its own way, but shares
+/// what Plant says.
 class ClosedLoop {
  public:
   /// Does the spin-up too, if there is one.

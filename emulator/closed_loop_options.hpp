@@ -1,5 +1,5 @@
 /// @file
-/// What a closed loop of controller and plant depends on.
+/// Inputs of a closed loop of controller and plant.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct ClosedLoopOptions {
   protocol::ActuatorConfig actuator{};
   protocol::ControlConfig control{};
   protocol::ShaftConfig shaft{};
-  /// What a plant with electrics is taken for; by default what it is.
+  /// The board's beliefs about a plant with electrics; by default the truth.
   std::optional<protocol::BoardConfig> board{};
   PlantParams plant{};
   std::uint64_t sensor_seed = 0;  ///< of the current sensor's noise

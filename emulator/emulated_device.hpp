@@ -111,10 +111,10 @@ class EmulatedDevice {
   /// The log since the last call; empty unless EmulatedDeviceOptions::log_truth.
   [[nodiscard]] std::vector<TruthSample> take_truth();
 
-  /// What entered the device since the last call; empty unless EmulatedDeviceOptions::log_inputs.
+  /// Inputs of the device since the last call; empty unless EmulatedDeviceOptions::log_inputs.
   [[nodiscard]] std::vector<DeviceInput> take_inputs() { return inputs_.take(); }
 
-  /// What is in the device's storage, to be handed to the next emulated device.
+  /// Content of the device's storage, for the next emulated device.
   [[nodiscard]] const device::StoredSlots& stored() const { return stored_; }
 
   // Faults ------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ class InputLog {
     log_.back().bytes.insert(log_.back().bytes.end(), bytes.begin(), bytes.end());
     ++ticks_;
   }
-  /// What was gathered since the last call.
+  /// Inputs since the last call.
   [[nodiscard]] std::vector<DeviceInput> take() {
     std::vector<DeviceInput> taken;
     taken.swap(log_);

@@ -39,7 +39,7 @@ protocol::BoardConfig matching_board(const Electrics& electrics) {
   protocol::BoardConfig config;
   config.supply_v = f(electrics.supply_v);
   config.motor_torque_constant_nm_per_a = f(electrics.torque_constant_nm_per_a);
-  // What its winding stands for ever the plant does not say: nothing is held back.
+  // The plant does not know the winding's continuous torque: nothing is held back.
   config.motor_current_continuous_a = config.motor_current_max_a;
   config.motor_resistance_ohm = f(electrics.winding_resistance_ohm);
   config.motor_inductance_h = f(electrics.winding_inductance_h);
@@ -74,7 +74,7 @@ void PowerPath::run(Plant& plant, const device::TickOutputs& wanted) {
   }
   std::int64_t left_ns = control_period_ns_;
   while (left_ns > 0) {
-    // What whole nanoseconds leave over of a division goes to the last period.
+    // The last period gets the rest of the division into whole nanoseconds.
     const std::int64_t period_ns =
         left_ns < 2 * std::int64_t{board_.current_period_ns} ? left_ns : board_.current_period_ns;
     const device::PowerDrive drive = logic_->step(wanted, read_current(plant));
@@ -97,7 +97,7 @@ void PowerPath::stand_still(Plant& plant) {
   }
 }
 
-/// What the converter makes of the current sensor's voltage now.
+/// The converter's reading of the current sensor now.
 std::int32_t PowerPath::read_current(const Plant& plant) {
   double noise_v = 0.0;
   if (electrics_.sensor_noise_v > 0.0) {
@@ -124,7 +124,7 @@ std::int32_t PowerPath::read_current(const Plant& plant) {
   return converted(shown_v);
 }
 
-/// What it makes of the divider's.
+/// The converter's reading of the divider.
 std::int32_t PowerPath::read_supply(const Plant& plant) const {
   return converted(circuit_.state(plant).supply_v / electrics_.supply_divider_ratio);
 }

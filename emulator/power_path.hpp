@@ -14,7 +14,7 @@
 
 namespace torsio::emulator {
 
-/// What such a board's power stage is like.
+/// Options of such a board's power stage.
 [[nodiscard]] device::PowerBoard power_board_of(const Electrics& electrics,
                                                 std::int64_t control_period_ns);
 

@@ -52,7 +52,7 @@ void ReplayedDevice::take(InputKind kind, Bytes bytes) {
       return;
     case InputKind::output:
       if (!device_) return;
-      // What came before it makes room for it.
+      // Earlier inputs make room for it.
       device_->service();
       if (!device_->receive(bytes)) {
         throw std::invalid_argument("an output report came faster than the device takes them");
@@ -99,7 +99,7 @@ void ReplayedDevice::take(InputKind kind, Bytes bytes) {
 
 void ReplayedDevice::set_powered(bool powered) {
   if (powered == (device_ != nullptr)) return;
-  // What cut the power was a save.
+  // A save cut the power.
   if (!powered && power_cut_bytes_) settle();
   device_.reset();
   if (!powered) return;

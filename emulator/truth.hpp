@@ -1,5 +1,5 @@
 /// @file
-/// What is true of a plant, as rows of the records tell it.
+/// True values of a plant, as rows of records.
 #pragma once
 
 #include "emulator/plant/plant.hpp"

@@ -14,8 +14,8 @@
 namespace torsio::emulator {
 namespace {
 
-/// Who works step by step gives the next piece of work within microseconds, and to sleep and be
-/// woken takes tens of them.
+/// A caller that works step by step gives the next piece within microseconds. To sleep and be woken
+/// takes tens of them.
 constexpr std::chrono::microseconds kPatience{50};
 
 template <class Condition>
@@ -26,7 +26,7 @@ void wait_awake(Condition is_met) {
 
 }  // namespace
 
-/// What the threads share.
+/// Data that the threads share.
 struct Workers::Team {
   const decltype(::getpid()) process = ::getpid();
   std::vector<std::thread> threads;

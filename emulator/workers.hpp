@@ -7,8 +7,8 @@
 
 namespace torsio::emulator {
 
-/// The caller and threads of its own do one piece of work after another. Whoever is free takes the
-/// next part, so nobody waits for a thread that the system has not let run yet.
+/// The caller and threads of its own do one piece of work after another. A free thread takes the
+/// next part, so nobody waits for a thread that does not run yet.
 ///
 /// The threads begin when they are first needed and end with this. A child that was forked has none
 /// of its parent's: it leaves them alone and begins its own.

@@ -1,5 +1,5 @@
 /// @file
-/// Bytes of Python as those of C++, and back.
+/// Bytes of Python to C++, and back.
 #pragma once
 
 #include <pybind11/pybind11.h>

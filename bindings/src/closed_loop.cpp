@@ -28,7 +28,7 @@ namespace {
 using emulator::ClosedLoopOptions;
 using Rows = py::array_t<LoopRow>;
 
-/// What a device would be told before such a loop: rounded and checked as on its way there.
+/// A device's settings before such a loop: rounded and checked as on their way there.
 struct Told {
   protocol::ActuatorConfig actuator;
   protocol::ControlConfig control;

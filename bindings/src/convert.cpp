@@ -71,7 +71,7 @@ const Classes<Hand>& hand_classes() {
 
 thread_local bool in_hand = false;
 
-/// What a function raised, in one line: the error and where it came from.
+/// A function's exception in one line: the error and its place.
 std::string line_of(const py::error_already_set& error) {
   std::string line;
   for (const char c : std::string(error.what())) {

@@ -21,7 +21,7 @@
 namespace torsio::bindings {
 namespace {
 
-// What is left out is the reference actuator's, and the emulated device's.
+// Defaults are the reference actuator's, and the emulated device's.
 constexpr protocol::ActuatorConfig kActuator;
 constexpr protocol::ControlConfig kControl;
 constexpr std::uint32_t kPeriodNs = protocol::emulated_control_period_ns;
@@ -42,7 +42,7 @@ core::Law law_from_name(const std::string& name) {
   throw py::value_error("law must be one of " + known + ", is '" + name + "'");
 }
 
-/// What vectorize would take for numbers, or go through in another order, is refused.
+/// Refuses values that vectorize would take for numbers, or go through in another order.
 template <class Number>
 auto rows(const char* name, const py::object& value) {
   const bool is_array = py::isinstance<py::array>(value);

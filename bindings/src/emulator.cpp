@@ -313,7 +313,7 @@ void bind_replayed_device(py::module_& module) {
   py::class_<ReplayedDevice>(module, "ReplayedDevice",
                              "The firmware's device without a plant, given another one's inputs.")
       .def(py::init([](std::int64_t control_period_ns, bool moves_parts) {
-             // Who it says it is makes no difference; its wiring rule does.
+             // Its name makes no difference; its wiring rule does.
              emulator::EmulatedDeviceOptions options;
              options.control_period_ns = control_period_ns;
              device::BoardInfo board = emulator::EmulatedDevice(options).board();

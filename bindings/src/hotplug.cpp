@@ -43,7 +43,7 @@ std::optional<DeviceEvent> next(DeviceWatch& watch, double timeout_s) {
   while (true) {
     {
       const Unlocked unlocked;
-      // What is no time gets through, to be refused.
+      // A value that is no time gets through, to be refused.
       auto event = watch.next(left_s > kSliceS ? kSliceS : left_s);
       if (event || watch.is_stopped()) return event ? event : watch.next(0.0);
     }

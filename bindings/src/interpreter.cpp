@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::chrono::seconds kLastWords{1};
 
-/// Who is about to take the lock or has taken it, and whether anybody still may. Never destroyed:
-/// threads may be in it for as long as there is a process.
+/// Threads that take or have the lock, and whether any still may. Never destroyed: threads may be
+/// in it for as long as there is a process.
 struct Gate {
   std::mutex mutex;
   std::condition_variable changed;

@@ -125,7 +125,7 @@ py::array as_record(std::vector<TelemetrySample>&& samples) {
 
 std::function<void(const Event&)> callback_from_python(const py::object& source);
 
-/// What Python gives where a method takes a T.
+/// Python's argument where a method takes a T.
 template <class T>
 using Given =
     std::conditional_t<std::is_arithmetic_v<T> || std::is_same_v<T, std::optional<double>>, T,
@@ -157,7 +157,7 @@ T take(const Given<T>& given) {
   }
 }
 
-/// What a method gives, as Python has it.
+/// A method's result, as Python has it.
 template <class T>
 py::object told(T&& value) {
   if constexpr (std::is_same_v<T, std::vector<TruthSample>>) {
@@ -247,9 +247,9 @@ py::array record(const PyKnob& knob, double duration_s, std::optional<double> ra
   return as_record(std::move(taken));
 }
 
-/// A Python function that C++ may call from any thread and destroy there. What it raises is shown
-/// as Python shows what nobody can catch, and the next event is told all the same; Ctrl-C goes on
-/// to the main thread.
+/// A Python function that C++ may call from any thread and destroy there. Python shows its
+/// exceptions as unraisable, and the next event is told all the same. Ctrl-C goes on to the main
+/// thread.
 std::function<void(const Event&)> callback_from_python(const py::object& source) {
   if (source.is_none()) return {};
   return [callback = keep(source)](const Event& event) {

@@ -1,5 +1,5 @@
 /// @file
-/// What the files of the extension module share: one function per area, called in order of need.
+/// Shared by the files of the extension module: one function per area, called in order of need.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -11,9 +11,8 @@
 
 namespace torsio::bindings {
 
-/// What a transport of Python has raised that is no Exception, such as KeyboardInterrupt: it goes
-/// on to the program as it is, whatever the library makes of the failure. Used with the
-/// interpreter's lock.
+/// An exception of a Python transport that is no Exception, such as KeyboardInterrupt. It goes on
+/// to the program as it is. Used with the interpreter's lock.
 class Passing {
  public:
   void keep(pybind11::error_already_set& error) { error_.emplace(error); }

@@ -1,5 +1,5 @@
 /// @file
-/// Steppers that another extension module brings, as Python capsules. What goes across is C++, so
+/// Steppers that another extension module brings, as Python capsules. C++ objects go across, so
 /// both modules must be built alike; the capsule's name says how.
 #pragma once
 

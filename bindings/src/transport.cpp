@@ -1,5 +1,5 @@
-// torsio._torsio.Transport: the way to a device without the SDK's session on it, for whoever passes
-// reports on as they are. The package's studio is one.
+// torsio._torsio.Transport: the way to a device without the SDK's session, to pass reports on as
+// they are. The package's studio is one.
 #include "torsio/transport.hpp"
 
 #include <pybind11/pybind11.h>

@@ -201,8 +201,8 @@ void Circuit::adjust_resistances(Plant& plant) const {
 void Circuit::follow_supply(double drawn_a, double duration_s) {
   const double resistance = electrics_.supply_resistance_ohm;
   if (resistance == 0.0) return;
-  // What the supply gives it takes from its capacitor first; it takes nothing back, so that braking
-  // charges the capacitor.
+  // The supply gives from its capacitor first. It takes nothing back, so braking charges the
+  // capacitor.
   const double lone_v =
       supply_v_ - (drawn_a + kStandbyA) * duration_s / electrics_.supply_capacitance_f;
   if (lone_v >= electrics_.supply_v) {

@@ -8,7 +8,7 @@
 
 namespace torsio::emulator {
 
-/// What the bridges do until the PWM changes.
+/// State of the bridges until the PWM changes.
 struct BridgeShares {
   double motor = 0.0;  ///< of the supply's voltage on the winding, -1 to 1; positive turns forward
   double brake = 0.0;  ///< the same on the brake's coil
@@ -43,7 +43,7 @@ class Circuit {
   [[nodiscard]] double current_a(const Plant& plant) const;
   /// Of the brake's coil, with its sign.
   [[nodiscard]] double coil_current_a(const Plant& plant) const;
-  /// What the ripple adds to the motor's current so long after the middle of the driven time.
+  /// Ripple in the motor's current, so long after the middle of the driven time.
   [[nodiscard]] double ripple_a(const BridgeShares& shares, double offset_s) const;
 
  private:

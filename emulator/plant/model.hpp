@@ -44,7 +44,7 @@ struct PlantModel {
   double knob_coulomb_nm = 0.0;
   double brake_drag_nm = 0.0;
   double motor_time_constant_s = 0.0;
-  /// What the speed takes off the torque that the motor would settle at: k^2 / R of its winding.
+  /// Loss of the motor's settled torque by the speed: k^2 / R of its winding.
   double back_emf_nm_s_per_rad = 0.0;
   double brake_time_constant_s = 0.0;
   HandKind hand = HandKind::none;

@@ -1,5 +1,5 @@
 /// @file
-/// What the plant asks of its parameters, which emulator/definition/ lists. In symbols:
+/// The plant's checks of its parameters, which emulator/definition/ lists. In symbols:
 ///
 ///     JA wA' = Thand + Tm - K (thA - thB) - c (wA - wB) - bA wA - fA sgn(wA)
 ///     JB wB' =              K (thA - thB) + c (wA - wB) - bB wB - (Tb + drag) sgn(wB)

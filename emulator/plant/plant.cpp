@@ -45,7 +45,7 @@ void Plant::attach(Hand hand) {
 void Plant::ask_hand(const FeedbackHand& hand) {
   constexpr double kMostNm = 100.0;
   const std::int64_t since_ns = state_.time_ns - hand.start_ns;
-  // Whatever the function does, the plant can go on: without a torque, until it is asked again.
+  // The plant can go on after any failure of the function: without a torque, until the next call.
   inputs_.hand = {Profile::kAlwaysNs,
                   hand.start_ns + (since_ns / hand.period_ns + 1) * hand.period_ns, 0.0, 0.0};
   const double since_s = 1e-9 * static_cast<double>(since_ns);

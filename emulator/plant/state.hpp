@@ -1,5 +1,5 @@
 /// @file
-/// What the plant remembers from step to step, and what can be seen of it.
+/// The plant's state from step to step, and its visible values.
 #pragma once
 
 #include <array>
@@ -63,8 +63,8 @@ struct PlantState {
   [[nodiscard]] double brake_speed_rad_s() const { return speed_rad_s[2]; }
 };
 
-/// What a lag has left to go, which halves for ever: gone once no torque can feel it. As a
-/// subnormal number it would make every later step several times slower.
+/// Rest of a lag, which halves for ever: gone once no torque can feel it. As a subnormal number it
+/// would make every later step several times slower.
 [[nodiscard]] inline double settled(double gap_nm) {
   constexpr double kNothingNm = 1e-300;
   return std::abs(gap_nm) < kNothingNm ? 0.0 : gap_nm;
@@ -76,7 +76,8 @@ struct Command {
   double brake_command_nm = 0.0;  ///< capacity, >= 0
 };
 
-/// What no sensor of the device sees. Every torque is in N m and positive along positive angle.
+/// True values that no sensor of the device sees. Every torque is in N m and positive along
+/// positive angle.
 struct Truth {
   double spring_torque_nm;         ///< of the shaft spring on the knob, its damping included
   double motor_torque_nm;          ///< of the motor on the knob, after its lag

@@ -3,8 +3,7 @@
 /// controller made of software. TinyUSB keeps its state in globals, so this does too: one device in
 /// a process, and one thread that uses it.
 ///
-/// Nothing happens by itself. Whoever sends packets lets the stack look at them between two of
-/// them, with usb::UsbDevice::poll().
+/// Nothing happens by itself. Let the stack look between two packets, with usb::UsbDevice::poll().
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 /// @file
-/// Who holds the virtual knob: hands from a file, and hands that follow commands.
+/// Hands on the virtual knob: from a file, and by commands.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace torsio::emulator::usbip {
 
-/// What is wrong with a script, as "NAME:LINE: what".
+/// Error of a script, as "NAME:LINE: what".
 class BadScript : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;

@@ -21,7 +21,7 @@
 
 namespace torsio::emulator::usbip {
 
-/// What became of a transfer.
+/// Result of a transfer.
 struct Completion {
   Submit request;
   std::int32_t status = kOk;

@@ -1,5 +1,5 @@
-// torsio_virtual_knob: a knob as a USB device without hardware, in real time, over USB/IP. What it
-// prints is for programs: docs/usb.md lists the lines.
+// torsio_virtual_knob: a knob as a USB device without hardware, in real time, over USB/IP. Its
+// output is for programs: docs/usb.md lists the lines.
 #include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
@@ -45,11 +45,11 @@ void stop_on_signals() {
   struct sigaction action{};
   action.sa_handler = on_signal;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) (void)sigaction(signal, &action, nullptr);
-  // Whoever reads our lines may go before us.
+  // The reader of our lines may go before us.
   (void)std::signal(SIGPIPE, SIG_IGN);
 }
 
-/// A line for whoever reads standard output. The knob does not wait for the reader: what does not
+/// A line for the reader of standard output. The knob does not wait for the reader: what does not
 /// go out at once waits, and past so much that nobody can want it any more lines are left out.
 class Teller {
  public:
@@ -209,7 +209,7 @@ class Program {
     bool more = true;
     while (stop == 0 && more) {
       const auto wait = pacer.until_next(steady_clock::now());
-      // Whoever asks meets a world, and a clock, of this moment.
+      // Bring world and clock to this moment before each request.
       const auto go_on = [&] {
         knob_.go_on(std::chrono::nanoseconds(pacer.in_frame(steady_clock::now())).count());
       };

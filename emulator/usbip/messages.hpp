@@ -38,7 +38,7 @@ OperationHeader read_operation(std::span<const std::uint8_t> bytes);
 /// @returns the text before the first zero, all of the field if there is none
 std::string_view read_bus_id(std::span<const std::uint8_t> bytes);
 
-/// What a client learns about a device before it asks the device itself.
+/// A device's description before a client asks the device itself.
 struct DeviceRecord {
   std::string_view path;    // shorter than 256 characters
   std::string_view bus_id;  // shorter than 32
@@ -48,7 +48,7 @@ struct DeviceRecord {
   std::span<const std::uint8_t> device_descriptor;
   std::span<const std::uint8_t> configuration_descriptor;
 
-  /// What a client calls the device in its requests.
+  /// The client's name of the device in its requests.
   [[nodiscard]] std::uint32_t id() const { return (bus << 16) | device; }
 };
 

@@ -13,7 +13,7 @@
 
 namespace torsio::emulator::usbip {
 
-/// A sentence for whoever wrote the command line.
+/// A sentence for the user of the command line.
 class BadOption : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;

@@ -7,11 +7,11 @@
 
 namespace torsio::emulator::usbip {
 
-/// Frames of 1 ms against a steady clock. Who is late catches up; who is later than kMostBehind,
-/// because the machine stalled or slept, lets the world slip behind the clock instead of racing.
-/// While it catches up, a driver on the same processor may not come to ask for anything. The ring
-/// of samples bears that: telemetry at its fastest fills it in 16 frames, of which half are left
-/// for the driver's own lateness.
+/// Frames of 1 ms against a steady clock. A late pacer catches up. Later than kMostBehind, because
+/// the machine stalled or slept, it lets the world slip behind the clock instead. While it catches
+/// up, a driver on the same processor may not come to ask for anything. The ring of samples bears
+/// that: telemetry at its fastest fills it in 16 frames. Half of them are left for the driver's own
+/// lateness.
 class Pacer {
  public:
   using Time = std::chrono::steady_clock::time_point;

@@ -150,7 +150,7 @@ void Server::settle(Connection& connection) {
   }
   send(connection);
   const Session& session = connection.session;
-  // Whoever breaks the rules gets nothing more, and must not keep the device by not reading.
+  // A client that breaks the rules gets nothing more, and cannot keep the device by not reading.
   if (!session.problem().empty()) connection.gone = true;
   if (session.finished() && connection.session.output().empty()) connection.gone = true;
 }

@@ -57,10 +57,10 @@ class Server {
   bool serve(std::chrono::nanoseconds timeout, int extra = -1,
              const std::function<void()>& awake = {});
 
-  /// One frame of 1 ms for whoever has the device.
+  /// One frame of 1 ms for the client that has the device.
   void frame();
 
-  /// Hangs up on whoever has the device.
+  /// Hangs up on the client that has the device.
   void disconnect();
 
  private:

@@ -40,13 +40,13 @@ class Session {
   /// One frame of 1 ms, for the session that has the device.
   void frame();
 
-  /// What the client is to get. Whoever sends it takes it away.
+  /// Bytes for the client. The sender takes them away.
   [[nodiscard]] Bytes& output() { return output_; }
 
   [[nodiscard]] bool attached() const { return export_.owner == this; }
   /// Nothing more will come: close the connection when the output is sent.
   [[nodiscard]] bool finished() const { return finished_; }
-  /// What the client did wrong; empty if nothing.
+  /// The client's error; empty if none.
   [[nodiscard]] std::string_view problem() const { return problem_; }
 
  private:

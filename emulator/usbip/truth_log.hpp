@@ -1,6 +1,6 @@
 /// @file
-/// The plant's truth as a file, for whoever compares what a game or a program asked for with what
-/// the knob did.
+/// The plant's truth as a file, to compare the knob's motion with the requests of a game or a
+/// program.
 #pragma once
 
 #include <cstdio>

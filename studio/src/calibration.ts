@@ -132,7 +132,7 @@ export class Calibrating {
     const socket = (this.#socket = new WebSocket(address));
     this.enable(false);
     const tell = (text: string): void => this.#result.append(element("p", { class: "hint" }, text));
-    // What is said last, for whoever did not see how it ended.
+    // The last message, for a user who did not see the end.
     let found = false;
     const supply = this.#supply.value === "" ? null : this.#supply.valueAsNumber;
     socket.onopen = () => socket.send(JSON.stringify({ do: "calibrate", quick, supply_v: supply }));

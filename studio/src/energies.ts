@@ -1,4 +1,4 @@
-// What the law `calibrated` counts: energies of motor, shaft and brake, and the stiffest wall that it renders now.
+// Counts of the law `calibrated`: energies of motor, shaft and brake, and the stiffest wall that it renders now.
 
 import type { Values } from "./codec";
 import type { Knob } from "./knob";
@@ -44,7 +44,7 @@ export class EnergyReadouts {
       const ledger = await knob.read("ledger");
       if (knob === this.knob()) this.#show(ledger, knob.identity.countsPerRev);
     } catch {
-      // Whoever reads telemetry says that the knob is gone.
+      // The reader of telemetry says that the knob is gone.
     }
   }
 

@@ -1,4 +1,4 @@
-// What docs/troubleshooting.md says of a fault, to be unfolded beside it.
+// Entries of docs/troubleshooting.md about a fault, to unfold beside it.
 
 import troubleshooting from "../../docs/troubleshooting.md";
 import { element } from "./page";

@@ -1,4 +1,4 @@
-// What games do with the knob: who has it, what they ask for, and the effects that play.
+// Games on the knob: its owner, their requests, and the effects that play.
 
 import type { Value, Values } from "./codec";
 import type { Knob } from "./knob";
@@ -29,7 +29,7 @@ export class Games {
     try {
       this.#show(await knob.read("game_monitor"), knob.identity.torqueStepNm);
     } catch {
-      // Whoever reads telemetry says that the knob is gone.
+      // The reader of telemetry says that the knob is gone.
     }
   }
 

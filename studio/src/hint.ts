@@ -1,4 +1,4 @@
-// What one does first with an emulated knob: arm it, and drag it into the wall.
+// First steps with an emulated knob: arm it, and drag it into the wall.
 
 import type { Effect } from "./conversion";
 import { byId } from "./page";

@@ -218,7 +218,7 @@ export class Knob {
 
   #sayAlive(): void {
     this.#saidAlive = performance.now();
-    // Whoever reads next finds out that the device is gone.
+    // The next reader finds out that the device is gone.
     this.#send(encode("command", { op: "keep_alive" })).catch(() => {});
   }
 

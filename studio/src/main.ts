@@ -29,9 +29,9 @@ performance.mark("script");
 
 // Some 28 pictures a second at most: more cost, and show nothing more. Nobody reads numbers so fast.
 const PICTURE_MS = 28, NUMBERS_MS = 200;
-// What a scene is checked for while no knob is there.
+// Limits for a scene while no knob is there.
 const EMULATED = { effects: 16, curvePoints: 1024, countsPerRev: 8192, controlPeriodNs: 250_000 };
-// What telemetry has room for.
+// Range of telemetry.
 const MOST_STEPS = 32767;
 
 let knob: Knob | undefined;
@@ -192,7 +192,7 @@ async function letGo(words: string): Promise<void> {
   pressStop(false);
   newest = undefined;
   plots.clear();
-  // What it said last is nobody's now.
+  // Its last message is outdated now.
   for (const place of document.querySelectorAll<HTMLDataElement>("#readouts data")) show(place.id, NaN, "");
   byId("link").textContent = "";
   showState();
@@ -236,7 +236,7 @@ async function connectTo(kind: string): Promise<void> {
   knob.onDisarmed = (why) => say(`the knob has disarmed itself: ${why}`);
   knob.onGone = (why) => {
     say(why);
-    // What was recorded until then is not lost.
+    // The recording so far is not lost.
     void recorder.end();
   };
   const { serial, firmware, controlPeriodNs } = knob.identity;
@@ -355,7 +355,7 @@ addEventListener(
   (event) => {
     if (event.key !== "Escape") return;
     calibrating.stop();
-    // Whatever the page knows of it: an arm may be on its way.
+    // In any state that the page knows: an arm may be on its way.
     attempt(disarm);
   },
   { capture: true },

@@ -8,7 +8,7 @@ import { type Line, Strip } from "./strip";
 const WINDOW_S = 5;
 // About a pixel each; what is drawn does not depend on how many samples come.
 const STEPS = 420;
-// What looks at all steps: every eighth picture is enough. The second plot changes slowly, and is drawn whole.
+// Looks at all steps: every eighth picture is enough. The second plot changes slowly, and is drawn whole.
 const WHOLE_EVERY = 8;
 
 /** What is drawn over time: name, colour of the style sheet, and dashes. */
@@ -232,7 +232,7 @@ export class Plots {
       let atX = NaN, atY = NaN;
       this.#steps.overBeside(curve, (angle, torque) => {
         const nextX = x(angle), nextY = y(torque);
-        // What lies within a pixel of the last corner cannot be seen.
+        // A point within a pixel of the last corner cannot be seen.
         if (Math.abs(nextX - atX) < scale && Math.abs(nextY - atY) < scale) return;
         context.lineTo((atX = nextX), (atY = nextY));
       });

@@ -44,7 +44,7 @@ export class Recorder {
       this.#recording = await Recording.begin(knob);
       // With all that plays from the beginning on, so that the file can be replayed.
       await knob.startTelemetry();
-      // What plays on a knob that somebody has armed stays.
+      // The scene of an armed knob stays.
       if (knob.transport.readOnly || knob.state === "armed") return;
       knob.forgetScene();
       await knob.play(this.scene());

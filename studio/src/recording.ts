@@ -8,7 +8,7 @@ import type { Keeper, Knob } from "./knob";
 import { CONFIGURATIONS, FINGERPRINT, PROTOCOL_VERSION, REPORTS } from "./reports";
 
 const CHUNK_BYTES = 256 * 1024;
-// What is larger the browser may put on the disk.
+// The browser may put larger pieces on the disk.
 const BLOB_BYTES = 4 * 1024 * 1024;
 
 const TOPICS = {

@@ -1,4 +1,4 @@
-// What the bundler puts in as text: the udev rule, and what the documents say of faults.
+// Text from the bundler: the udev rule, and the documents' entries about faults.
 declare module "*.rules" {
   const text: string;
   export default text;

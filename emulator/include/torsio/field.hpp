@@ -1,5 +1,5 @@
 /// @file
-/// What `fields.hpp` is made of: one field of a structure, and the templates that list them.
+/// Parts of `fields.hpp`: one field of a structure, and the templates that list them.
 #pragma once
 
 #include <limits>

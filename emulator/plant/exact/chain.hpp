@@ -11,7 +11,7 @@
 
 namespace torsio::emulator {
 
-/// What friction does to a shaft: holds it, or works against its motion in one direction.
+/// Friction on a shaft: it holds the shaft, or works against its motion in one direction.
 enum class Slip : int { backward = -1, held = 0, forward = 1 };
 
 constexpr double sign_of(Slip slip) { return static_cast<double>(static_cast<int>(slip)); }
@@ -26,9 +26,9 @@ struct Regime {
   CoggingPiece cogging{};
 };
 
-/// The plant as one linear system z' = M z per regime, for 1, 2 or 3 shafts in a row. What drives
-/// it is in the state too, so that inputs which are constant, straight lines or exponentials over
-/// time need nothing else than the exponential of M.
+/// The plant as one linear system z' = M z per regime, for 1, 2 or 3 shafts in a row. The drives
+/// are in the state too. So inputs that are constant, straight lines or exponentials over time need
+/// only the exponential of M.
 template <int kShafts>
 struct Chain {
   static constexpr std::size_t kSprings = kShafts - 1;

@@ -39,9 +39,10 @@ template <int kShafts>
 struct Rung {
   using C = Chain<kShafts>;
 
-  /// What one unit of a drive at the begin makes of what moves within the step; the knob's travel
-  /// at its first speed is left out. And the bends: for each watch how far at most the value leaves
-  /// the straight line from its begin to its end. Such bounds make it cheap to be sure of no event.
+  /// Effect of one unit of a drive at the begin on the moving states within the step, without the
+  /// knob's travel at its first speed. And the bends: for each watch how far at most the value
+  /// leaves the straight line from its begin to its end. Such bounds make it cheap to be sure of no
+  /// event.
   struct Column {
     std::array<Pair, C::kMoving / 2> change;
     Pair friction_bend;
@@ -62,7 +63,7 @@ struct Rung {
 constexpr std::size_t kFiner = 3;
 constexpr std::size_t kSamples = 1u << kFiner;
 
-/// Which shafts' ends move: what a still one would contribute is left out of the sums.
+/// Moving ends of shafts: a still one is left out of the sums.
 struct Moving {
   bool knob;
   bool brake;
@@ -139,7 +140,7 @@ Pair bends_of(Pair Rung<kShafts>::Column::* watched, const Rung<kShafts>& rung,
   return bend;
 }
 
-/// What one unit of a drive makes of the whole state within a rung's step.
+/// Effect of one unit of a drive on the whole state within a rung's step.
 template <int kShafts>
 typename Chain<kShafts>::Vector response(const Chain<kShafts>& chain, const Regime& regime,
                                          const Rung<kShafts>& rung, std::size_t drive) {
@@ -172,8 +173,8 @@ template <int kShafts>
           whole[C::kMotorGap] += weight * series[k][C::kMotorGap];
         }
       } else {
-        // What the first half made goes on by itself in the second one, where the drive, which
-        // would still be there, makes the same again.
+        // The first half's effect goes on by itself in the second half. There the drive makes the
+        // same again.
         const Rung<kShafts>& half = rungs[i + 1];
         const Vector first = response(chain, regime, half, drive);
         whole = advanced<kShafts>(chain, regime, half, first, chain.drives(first, regime));

@@ -54,7 +54,7 @@ class ExactStepper final : public Stepper {
   /// The ladder of the present regime, made when it is met for the first time.
   [[nodiscard]] std::span<Rung<kShafts>> ladder();
 
-  /// What is left until friction lets go or catches: of its torque, or of the speed.
+  /// Rest until friction lets go or catches: of its torque, or of the speed.
   [[nodiscard]] double knob_room(const Vector& z) const {
     if (regime_.knob != Slip::held) return sign_of(regime_.knob) * z[C::kSpeed];
     return z[C::kCoulomb] - std::abs(chain_.knob_demand(z, regime_));

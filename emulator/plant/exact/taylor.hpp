@@ -97,7 +97,7 @@ typename Chain<kShafts>::Vector value_at(const Series<kShafts>& series, double s
 
 enum class Event { none, knob, brake, twist_low, twist_high, travel_low, travel_high };
 
-/// Looks for the first event along a series. What each look asks for is linear in the state.
+/// Looks for the first event along a series. Each watched quantity is linear in the state.
 template <int kShafts>
 class EventSearch {
  public:
