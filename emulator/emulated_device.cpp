@@ -42,7 +42,7 @@ void check_override(const Config& config) {
   if (verdict.ok()) return;
   throw std::invalid_argument(std::string(protocol::Layout<Config>::name) + ": " +
                               std::string(protocol::field_name<Config>(verdict.field)) +
-                              " is outside what docs/protocol.md allows");
+                              " is outside what docs/reference/protocol.md allows");
 }
 
 /// The storage as if the overriding configuration had been saved there.

@@ -24,7 +24,7 @@ template <class Report>
 [[noreturn]] void refuse(const protocol::Verdict& verdict) {
   throw std::invalid_argument(std::string(protocol::Layout<Report>::name) + ": " +
                               std::string(protocol::field_name<Report>(verdict.field)) +
-                              " is outside what docs/protocol.md allows");
+                              " is outside what docs/reference/protocol.md allows");
 }
 
 template <class Report>

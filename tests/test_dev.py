@@ -100,7 +100,9 @@ def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
     assert set(second.groups) | set(second.left_out) == set(groups.EVERY_CHANGE)
     assert list(groups.plan(["all"]).groups) == groups.EVERY_CHANGE
     monkeypatch.setattr(
-        building, "digest", lambda names: f"{len(list(names)):08x}{'docs/c.md' in names or ''}"
+        building,
+        "digest",
+        lambda names: f"{len(list(names)):08x}{'docs/reference/c.md' in names or ''}",
     )
     third = groups.plan([])
     assert third.groups == ("checks", "library", "interfaces")
@@ -139,13 +141,13 @@ def test_digest_of_a_group_is_of_files_that_are_there(name: str) -> None:
 def test_file_that_a_test_reads_must_be_covered() -> None:
     test = "tests/c/test_calls.py::test_x"
     files = [
-        "docs/c.md",
-        "docs/cpp.md",
+        "docs/reference/c.md",
+        "docs/reference/cpp.md",
         "build/x",
         "sdk/c/src/structures.cpp",
         "tests/c/layouts.py",
     ]
-    assert groups.not_covered(test, files) == ["docs/cpp.md"]
+    assert groups.not_covered(test, files) == ["docs/reference/cpp.md"]
 
 
 @pytest.mark.parametrize("to_its_end", [True, False])

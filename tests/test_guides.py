@@ -103,10 +103,11 @@ def cpp_programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 TUTORIALS = ("first-wall", "volume-knob", "game", "calibrate")
 PYTHON_PAGES = [
-    *("README.md", "docs/python.md", "docs/studio.md", "docs/threads.md"),
+    *("README.md", "docs/reference/python.md", "docs/how-to/studio.md"),
+    "docs/explanation/threads.md",
     *(f"docs/tutorials/{name}.md" for name in TUTORIALS),
 ]
-CPP_PAGES = ["docs/cpp.md"]
+CPP_PAGES = ["docs/reference/cpp.md"]
 
 
 @pytest.mark.parametrize("page", PYTHON_PAGES)
@@ -131,7 +132,7 @@ def test_tests_of_the_tutorial_pass(tmp_path: Path) -> None:
 
 
 def test_page_of_commands_names_them_all() -> None:
-    page = (TREE / "docs/commands.md").read_text(encoding="utf-8")
+    page = (TREE / "docs/reference/commands.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([\w-]+)", " ".join(re.findall(r"^\| (`.*?) \|", page, re.M))))
     commands = vars(typer.main.get_command(cli.app))["commands"]
     assert named == set(commands)

@@ -11,7 +11,7 @@ import pytest
 import torsio
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGE = DOCS / "hardware.md"
+PAGE = DOCS / "how-to/hardware.md"
 
 
 def test_wiring_diagram_shows_the_default_pins() -> None:
@@ -29,7 +29,7 @@ PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"
 def _run(program: str, monkeypatch: pytest.MonkeyPatch, options: torsio.EmulatorOptions) -> None:
     real = torsio.open
     monkeypatch.setattr(torsio, "open", lambda: real("emulated", emulator=options))
-    exec(compile(program, "docs/hardware.md", "exec"), {})
+    exec(compile(program, "docs/how-to/hardware.md", "exec"), {})
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=["other parts", "first power"])

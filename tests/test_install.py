@@ -99,7 +99,7 @@ def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
     prefix, build = tmp_path / "prefix", tmp_path / "build"
     source = TREE / "tests" / "install" / "subproject"
     lines = (source / "CMakeLists.txt").read_text(encoding="utf-8")
-    guide = (TREE / "docs/cpp.md").read_text(encoding="utf-8")
+    guide = (TREE / "docs/reference/cpp.md").read_text(encoding="utf-8")
     fetched = re.findall(r"^include.*\n(?:FetchContent.*\n)+", lines, re.M)
     assert len(fetched) == 1
     assert textwrap.indent(fetched[0], "    ") in guide

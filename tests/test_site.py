@@ -42,7 +42,7 @@ def test_every_document_has_its_place_in_the_lists(source: Path) -> None:
 
 
 def test_every_link_leads_to_something_in_the_site(source: Path) -> None:
-    pages = [page for page in source.rglob("*.md") if "reference" not in page.parts]
+    pages = [page for page in source.rglob("*.md") if "names" not in page.parts]
     links = [(page, link) for page in pages for link in LINK.findall(page.read_text())]
     assert len(links) > 50
     lost = [
@@ -84,7 +84,7 @@ def test_reference_has_each_public_name_of_the_headers_with_its_sentence(
     sentences = {entry.name: entry.sentence for entry in cpp_reference.entries(doxygen)}
     wanted = []
     for header in cpp_reference.HEADERS:
-        page = (source / f"reference/{header.stem}_hpp.rst").read_text().split()
+        page = (source / f"names/{header.stem}_hpp.rst").read_text().split()
         for comment, name in PUBLIC.findall(re.sub("`|docs/", "", header.read_text())):
             first, last = comment.split()[1], comment.split(".")[0].split()[-1]
             wanted.append(name)

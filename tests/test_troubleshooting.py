@@ -11,7 +11,7 @@ from firmware.protocol.definition import enumerations as e
 from torsio import doctor, documents
 
 TREE = Path(__file__).parent.parent
-PAGE = (TREE / "docs/troubleshooting.md").read_text(encoding="utf-8")
+PAGE = (TREE / "docs/reference/troubleshooting.md").read_text(encoding="utf-8")
 ENTRIES = set(re.findall(r"^### (\S+)$", PAGE, re.MULTILINE))
 DOCTOR = "".join(
     file.read_text(encoding="utf-8")
@@ -43,11 +43,11 @@ def test_links_lead_to_an_entry_in_a_clone_and_on_a_site(
 ) -> None:
     monkeypatch.setattr(documents, "source_folder", lambda: TREE)
     page, _, anchor = documents.entry(name).partition("#")
-    assert page == (TREE / "docs/troubleshooting.md").as_uri()
+    assert page == (TREE / "docs/reference/troubleshooting.md").as_uri()
     assert anchor in ENTRIES
     monkeypatch.setenv(documents.VARIABLE, "https://example.org/knob/")
     page, _, anchor = documents.entry(name).partition("#")
-    assert page == "https://example.org/knob/troubleshooting.html"
+    assert page == "https://example.org/knob/reference/troubleshooting.html"
     # Sphinx has no underscores in the ids that it makes.
     assert anchor.replace("-", "_") in ENTRIES
     assert "_" not in anchor
@@ -57,7 +57,7 @@ def test_without_clone_or_site_the_entry_is_named_within_the_project(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(documents, "source_folder", lambda: None)
-    assert documents.entry("usb") == "docs/troubleshooting.md#usb"
+    assert documents.entry("usb") == "docs/reference/troubleshooting.md#usb"
 
 
 def test_doctor_sends_people_to_the_entries_of_finding_and_faults() -> None:

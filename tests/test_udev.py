@@ -76,7 +76,7 @@ def test_rule_gives_hidraw_and_usb_node_of_our_device_to_the_seat_and_to_nobody_
 
 def test_ids_of_the_header_stand_in_the_rule_and_the_documents() -> None:
     assert ":".join(usb_ids.ids()) == wire.USB_ID
-    hardware = TREE / "docs" / "hardware.md"
+    hardware = TREE / "docs" / "how-to" / "hardware.md"
     assert wire.USB_ID in hardware.read_text(encoding="utf-8")
     assert {RULE, hardware} <= set(usb_ids.places())
     for place in usb_ids.places():

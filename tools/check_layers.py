@@ -2,7 +2,7 @@
 
 ``python -m tools.check_layers [TREE]`` prints one line per violation and exits with 1 if there is
 any. The rules are the table below, of which ``./dev generate`` prints the one in
-docs/architecture.md; a file in none of its folders is not checked.
+docs/explanation/architecture.md; a file in none of its folders is not checked.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Rule:
 
     folder: str
     what: str
-    """What is there, for docs/architecture.md."""
+    """What is there, for docs/explanation/architecture.md."""
     layers: tuple[str, ...]
     """Folders, or files, inside the project that they may name."""
     never: str = ""
@@ -123,7 +123,7 @@ RULES = (
     ),
     Rule(
         "emulator/usbip",
-        "the emulated device as a USB device, served over USB/IP; see [usb.md](usb.md)",
+        "the emulated device as a USB device, served over USB/IP; see [USB](../reference/usb.md)",
         (*FIRMWARE, "usb"),
         posix=True,
     ),
@@ -312,7 +312,7 @@ def may_include(rule: Rule) -> str:
 
 
 def table() -> str:
-    """Write the rules as the table of docs/architecture.md."""
+    """Write the rules as the table of docs/explanation/architecture.md."""
     rows = []
     for rule in sorted(RULES, key=_rank):
         slash = "" if "." in rule.folder else "/"

@@ -46,7 +46,7 @@ EXCLUDE_SYMBOLS = *::Impl operator==
 # Ours name several exceptions in one sentence, and say when.
 ALIASES = "throws=\\par Throws^^"
 # The documents they name are pages beside the reference.
-INPUT_FILTER = "sed -E 's|docs/([a-z]+)[.]md|[\\1.md](../\\1.html)|g'"
+INPUT_FILTER = "sed -E 's|docs/(([a-z-]+/)?[a-z]+)[.]md|[\\1.md](../\\1.html)|g'"
 """
 # Who looks at a page does not edit the header.
 _PRINTED = re.compile(r" *Printed from the field lists.*")

@@ -53,9 +53,9 @@ _FIRST = """\
 Torsio is a USB knob that pushes back. The knob below runs the firmware's own sources in your
 browser: press **arm** and drag it into the wall. **Esc** lets go.
 
-Start here if you [have a knob](how-to/permission.md), [build one](hardware.md),
+Start here if you [have a knob](how-to/permission.md), [build one](how-to/hardware.md),
 [have no hardware](tutorials/first-wall.md),
-[test an application](tutorials/test-your-program.md), or [play games](games.md).
+[test an application](tutorials/test-your-program.md), or [play games](reference/games.md).
 
 <iframe src="studio/index.html" title="The studio, with an emulated knob"
   style="width:100%;height:46rem;border:1px solid var(--color-background-border)"></iframe>
@@ -78,7 +78,7 @@ def lists() -> dict[str, list[str]]:
 
 def _reference() -> list[str]:
     """Write the pages that name what docstrings and headers say; give those of the headers."""
-    folder = SOURCE / "reference"
+    folder = SOURCE / "names"
     folder.mkdir()
     for module in _MODULES:
         # A knob's methods stand in several modules; what exceptions inherit is Python's own.
@@ -97,20 +97,20 @@ def write_source() -> None:
     """Gather what Sphinx reads."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     shutil.copytree(TREE / "docs", SOURCE)
-    headers = [f"reference/{name}" for name in _reference()]
+    headers = [f"names/{name}" for name in _reference()]
     trees = {}
     for title, pages in lists().items():
         if pages:  # README is not on the site
             trees[title] = pages
         if title == "Reference":
-            trees["Python, name by name"] = [f"reference/{module}" for module in _MODULES]
+            trees["Python, name by name"] = [f"names/{module}" for module in _MODULES]
             trees["C++, name by name"] = headers
     (SOURCE / "README.md").unlink()
     first = _FIRST + "\n".join(_toctree(title, pages) for title, pages in trees.items())
     (SOURCE / "index.md").write_text(first, encoding="utf-8")
     (SOURCE / "conf.py").write_text(_CONFIGURATION, encoding="utf-8")
     for page in SOURCE.rglob("*.md"):
-        if "reference" not in page.parts:
+        if "names" not in page.parts:
             _bring_along(page)
 
 

@@ -25,7 +25,7 @@ def ids() -> tuple[str, str]:
 
 def places() -> list[Path]:
     """Return the files that state the ids: udev's rule and every document."""
-    return [RULE, TREE / "README.md", *sorted((TREE / "docs").glob("*.md"))]
+    return [RULE, TREE / "README.md", *sorted((TREE / "docs").glob("**/*.md"))]
 
 
 def with_ids(text: str) -> str:

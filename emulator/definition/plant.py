@@ -239,7 +239,7 @@ PLANT_PARAMS = Structure(
         optional_group("cogging", COGGING, "part: the motor cogs"),
         optional_group("electrics", ELECTRICS, "part: windings, bridges, supply, sensor"),
     ),
-    notes="The defaults are the reference actuator; docs/theory.md has the equations. Parts that are "
+    notes="The defaults are the reference actuator; docs/explanation/theory.md has the equations. Parts that are "
     "not named cost nothing; the lags of motor and brake are always carried.",
     base="PlantMethods",
 )

@@ -1,5 +1,5 @@
 // torsio_virtual_knob: a knob as a USB device without hardware, in real time, over USB/IP. Its
-// output is for programs: docs/usb.md lists the lines.
+// output is for programs: docs/reference/usb.md lists the lines.
 #include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 /// @file
-/// The board that docs/hardware.md builds and that the emulated device stands in for.
+/// The board that docs/how-to/hardware.md builds and that the emulated device stands in for.
 #pragma once
 
 #include "boards/pico2/board.hpp"

@@ -19,7 +19,7 @@ enum class DetentProfile : std::uint8_t { sine, linear, click };
 /// Shape of a texture's grains; noise draws a value for each and joins them smoothly.
 enum class Grain : std::uint8_t { sine, square, triangle, noise };
 
-/// How the desired torque is shared between motor and brake; docs/theory.md.
+/// How the desired torque is shared between motor and brake; docs/explanation/theory.md.
 enum class Law : std::uint8_t {
   paper,        ///< the printed law, as it must be read
   compensated,  ///< the motor fills in what the brake does not hold, with its drag counted

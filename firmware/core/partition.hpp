@@ -1,6 +1,6 @@
 /// @file
 /// The motor's part of the desired torque, and the brake's. All of a law is here: its row in the
-/// table and its case; docs/theory.md derives them.
+/// table and its case; docs/explanation/theory.md derives them.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct LawTraits {
 };
 
 /// In the order of Law. Not every law counts the drag: with the paper's the drag's help is what
-/// keeps the motor from overcompensating (docs/theory.md).
+/// keeps the motor from overcompensating (docs/explanation/theory.md).
 inline constexpr std::array kLaws{
     LawTraits{},                                                          // paper
     LawTraits{.counts_drag = true},                                       // compensated

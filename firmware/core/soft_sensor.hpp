@@ -14,7 +14,7 @@ struct SoftSensorState {
 };
 
 /// Torque of the shaft's spring on the knob: it winds up with the knob's motion and slips through
-/// the brake at the brake's capacity (docs/theory.md, "Soft sensor").
+/// the brake at the brake's capacity (docs/explanation/theory.md, "Soft sensor").
 /// @param stiffness_nm_per_rad of the shaft, >= 0
 /// @param delta_rad            the knob's motion since the last tick
 /// @param capacity_nm          what the brake can hold now, >= 0
@@ -28,8 +28,8 @@ constexpr float sense_spring(SoftSensorState& state, float stiffness_nm_per_rad,
 
 /// The same where the brake's side has an inertia, which the spring must drive beyond what the
 /// brake holds: its speed after this tick is the one that goes with the spring's torque after it
-/// (docs/theory.md, "Inertia behind the brake"). Stable for any period; without inertia it is
-/// sense_spring() but for rounding.
+/// (docs/explanation/theory.md, "Inertia behind the brake"). Stable for any period; without inertia
+/// it is sense_spring() but for rounding.
 /// @returns spring_torque_nm, beyond the capacity by what the inertia takes
 constexpr float sense_driven_spring(SoftSensorState& state, const BrakeSideParams& brake_side,
                                     float stiffness_nm_per_rad, float delta_rad,

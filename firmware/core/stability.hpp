@@ -1,6 +1,6 @@
 /// @file
 /// The stiffest spring that motor, encoder and rate can render without swinging for ever
-/// (docs/theory.md, "Stability").
+/// (docs/explanation/theory.md, "Stability").
 #pragma once
 
 #include <cstdint>

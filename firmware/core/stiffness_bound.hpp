@@ -1,6 +1,6 @@
 /// @file
 /// Bounded stiffness: the scene's torque may rise along the angle only as steeply as the parts can
-/// render. The knob's swings tell how steeply (docs/theory.md, "Bounded stiffness").
+/// render. The knob's swings tell how steeply (docs/explanation/theory.md, "Bounded stiffness").
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 /// @file
-/// How the interrupt and the main loop talk; docs/architecture.md says what else they share.
+/// How the interrupt and the main loop talk; docs/explanation/architecture.md says what else they
+/// share.
 #pragma once
 
 #include <array>

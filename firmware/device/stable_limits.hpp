@@ -1,5 +1,6 @@
 /// @file
-/// Limits of this device without oscillating when no hand is on it; docs/games.md derives them.
+/// Limits of this device without oscillating when no hand is on it; docs/reference/games.md derives
+/// them.
 #pragma once
 
 #include "device/config.hpp"

@@ -152,9 +152,9 @@ struct Layout<ControlConfig> {
   };
 };
 
-/// The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin is the
-/// number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The
-/// emulated device uses it where it has Electrics.
+/// The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md. A pin
+/// is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+/// start. The emulated device uses it where it has Electrics.
 struct BoardConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -191,9 +191,9 @@ struct Layout<BoardConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "board_config";
   static constexpr std::string_view doc =
-      "The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin "
-      "is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next "
-      "start. The emulated device uses it where it has Electrics.";
+      "The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md. "
+      "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the "
+      "next start. The emulated device uses it where it has Electrics.";
   static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "0: an interface has one axis"),
@@ -252,8 +252,8 @@ struct Layout<BoardConfig> {
   };
 };
 
-/// Permissions of games on the game interface, and the scale of their torques; docs/games.md. Set
-/// only while disarmed.
+/// Permissions of games on the game interface, and the scale of their torques;
+/// docs/reference/games.md. Set only while disarmed.
 struct GameConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -279,8 +279,8 @@ struct Layout<GameConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "game_config";
   static constexpr std::string_view doc =
-      "Permissions of games on the game interface, and the scale of their torques; docs/games.md. "
-      "Set only while disarmed.";
+      "Permissions of games on the game interface, and the scale of their torques; "
+      "docs/reference/games.md. Set only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &GameConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &GameConfig::axis, "", "0: an interface has one axis"),

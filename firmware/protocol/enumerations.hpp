@@ -63,7 +63,7 @@ struct Enumerators<Ends> {
   static constexpr bool open = false;
 };
 
-/// How the desired torque is shared between motor and brake; docs/theory.md.
+/// How the desired torque is shared between motor and brake; docs/explanation/theory.md.
 enum class Law : std::uint8_t {
   paper,        // the printed law, as it must be read
   compensated,  // the motor fills in what the brake does not hold, with its drag counted
@@ -258,7 +258,7 @@ struct Enumerators<Status> {
       "the report has bytes too many; it was damaged on the way",
       "the device does not know this report",
       "a value is not a finite number",
-      "a value is outside the range that docs/protocol.md gives",
+      "a value is outside the range that docs/reference/protocol.md gives",
       "the values do not fit each other",
       "the device has no such axis",
       "the scene names a slot that was never written",

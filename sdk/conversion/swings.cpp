@@ -99,7 +99,7 @@ class Played {
 };
 
 /// The knob and what plays, for swings of any frequency, amplitude and place: the loop that (9) of
-/// docs/theory.md has for springs and dampers.
+/// docs/explanation/theory.md has for springs and dampers.
 class Loop {
  public:
   Loop(const Played& played, const core::Parts& parts, double bandwidth_hz)

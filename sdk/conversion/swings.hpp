@@ -1,5 +1,5 @@
 /// @file
-/// Whether the knob, let go, may swing for ever; docs/theory.md, "Stability".
+/// Whether the knob, let go, may swing for ever; docs/explanation/theory.md, "Stability".
 #pragma once
 
 #include <cstdint>

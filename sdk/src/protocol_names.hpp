@@ -12,7 +12,8 @@
 
 namespace torsio {
 
-/// "not_armed", as docs/protocol.md calls it; "status 99" if this library does not know it.
+/// "not_armed", as docs/reference/protocol.md calls it; "status 99" if this library does not know
+/// it.
 std::string status_name(std::uint8_t status);
 
 /// Meaning of the status, and advice.

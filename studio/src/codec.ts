@@ -1,4 +1,4 @@
-// Reports as objects and as bytes, by the rules of the device: docs/protocol.md.
+// Reports as objects and as bytes, by the rules of the device: docs/reference/protocol.md.
 
 import type { Field, Report, Scalar } from "./fields";
 import { REPORTS, STATUSES } from "./reports";

@@ -1,6 +1,6 @@
-// Entries of docs/troubleshooting.md about a fault, to unfold beside it.
+// Entries of docs/reference/troubleshooting.md about a fault, to unfold beside it.
 
-import troubleshooting from "../../docs/troubleshooting.md";
+import troubleshooting from "../../docs/reference/troubleshooting.md";
 import { element } from "./page";
 
 /** Paragraphs of an entry without marks of its language; none if there is no such entry. */
@@ -18,7 +18,7 @@ export function entryOf(fault: string): HTMLElement[] {
   const said = paragraphs(fault).map((text) => element("p", {}, text));
   const site = document.querySelector<HTMLMetaElement>("meta[name=documents]")?.content;
   if (site) {
-    const href = `${site}troubleshooting.html#${fault.replaceAll("_", "-")}`;
+    const href = `${site}reference/troubleshooting.html#${fault.replaceAll("_", "-")}`;
     said.push(element("p", {}, element("a", { href, target: "_top" }, "in the documents")));
   }
   return said.length ? [element("details", {}, element("summary", {}, "what it means and what to do"), ...said)] : [];

@@ -53,7 +53,7 @@ export const STATUSES: readonly { name: string; doc: string; advice: string }[] 
   {
     "name": "out_of_range",
     "doc": "a value is outside the range given below, or beyond what this encoder or rate can do",
-    "advice": "a value is outside the range that docs/protocol.md gives",
+    "advice": "a value is outside the range that docs/reference/protocol.md gives",
   },
   {
     "name": "inconsistent",
@@ -339,7 +339,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 6,
     "direction": "feature",
     "title": "BoardConfig",
-    "doc": "The board's wiring, and the electrical values of motor and brake; docs/hardware.md.",
+    "doc": "The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md.",
     "notes": "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The emulated device uses it where it has Electrics.",
     "size": 63,
     "fields": [
@@ -377,7 +377,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 7,
     "direction": "feature",
     "title": "GameConfig",
-    "doc": "Permissions of games on the game interface, and the scale of their torques; docs/games.md.",
+    "doc": "Permissions of games on the game interface, and the scale of their torques; docs/reference/games.md.",
     "notes": "Set only while disarmed.",
     "size": 48,
     "fields": [

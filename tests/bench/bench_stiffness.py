@@ -15,7 +15,7 @@ of a torque that is held; ``off_nm_per_rad``, the first number at 32,768 counts 
 whose resistance and inductance are a third off, the worst of four; ``off_bandwidth_hz``, the
 least and the most bandwidth of these four; and ``sagging_nm_per_rad``, the first number at as many
 counts with 12 V that are 9.2, or have 1 ohm before them, the worse of both. Loops that are a lag,
-of no board, have ``predicted_nm_per_rad``, which is what (8) of docs/theory.md says.
+of no board, have ``predicted_nm_per_rad``, which is what (8) of docs/explanation/theory.md says.
 
 With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
@@ -226,7 +226,7 @@ def least_nm_per_rad(loops: Iterable[Loop], stiffness: Array) -> float:
 
 
 def predicted_nm_per_rad(loop: Loop) -> float:
-    """Equation (8) of docs/theory.md, for a loop that is a lag."""
+    """Equation (8) of docs/explanation/theory.md, for a loop that is a lag."""
     plant, beta = loop.plant(), ControlConfig().beta
     late_s = (0.5 + loop.delay_ticks) / loop.rate_hz + loop.motor_time_constant_s
     swing = math.sqrt(plant.knob_inertia_kg_m2) / plant.motor_limit_nm

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <time.h>
 
-// docs/protocol.md: command (disarm, which a disarmed knob takes and answers) and acknowledgement.
+// docs/reference/protocol.md: command (disarm, which a disarmed knob takes and answers) and acknowledgement.
 enum { REPORT_SIZE = 64, COMMAND = 0x10, DISARM = 2, ACKNOWLEDGEMENT = 0x41 };
 enum { TIMEOUT_MS = 5000 };
 

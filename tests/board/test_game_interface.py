@@ -1,6 +1,6 @@
 """The other interface of the same binary: a game controller with force feedback.
 
-Reports are bytes here, after the tables of docs/games.md.
+Reports are bytes here, after the tables of docs/reference/games.md.
 """
 
 from __future__ import annotations

@@ -112,7 +112,7 @@ WITHOUT = {
 
 def test_guide_names_what_c_does_not_have() -> None:
     """Functions, options, and what only they give or take."""
-    text = (TREE / "docs/c.md").read_text(encoding="utf-8")
+    text = (TREE / "docs/reference/c.md").read_text(encoding="utf-8")
     _, _, section = text.partition("## What C does not have\n")
     rows = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
     told = {name for row in rows for name in re.findall(r"`(\S+)`", row)}

@@ -33,7 +33,7 @@ def test_c_example_feels_the_wall(tmp_path: Path, prefix: Path, flags: list[str]
 def test_example_of_the_guide_prints_what_the_page_says(
     tmp_path: Path, prefix: Path, flags: list[str]
 ) -> None:
-    (example,) = examples("docs/c.md", "c")
+    (example,) = examples("docs/reference/c.md", "c")
     (tmp_path / "guide.c").write_text(example.code)
     program = tmp_path / "guide"
     run("gcc", *STRICT, tmp_path / "guide.c", "-o", program, *flags)

@@ -1,4 +1,4 @@
-"""A game on the emulated knob, whose reports are packed by hand as docs/games.md tabulates them."""
+"""A game on the emulated knob; its reports are packed by hand after docs/reference/games.md."""
 
 from __future__ import annotations
 

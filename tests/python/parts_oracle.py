@@ -1,8 +1,8 @@
 """An independent simulation of the plant with its parts, as an oracle for the emulator's.
 
 Nothing is shared with the emulator: absolute angles in place of twists, DOP853 in place of matrix
-exponentials, friction as modes that events change, the equations from docs/emulator.md. Springs
-and cogging have corners, at which SciPy loses its order: its steps are short for them. What
+exponentials, friction as modes that events change, the equations from docs/explanation/emulator.md.
+Springs and cogging have corners, at which SciPy loses its order: its steps are short for them. What
 is left is its own error; it was 4e-8 with steps of twice the length.
 """
 

@@ -1,4 +1,4 @@
-"""What one play makes of a brake that is two: docs/theory.md, "The brake's loop"."""
+"""What one play makes of a brake that is two: docs/explanation/theory.md, "The brake's loop"."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def test_links_of_findings_name_no_folder(monkeypatch: pytest.MonkeyPatch) -> No
     link = documents.entry("clock")
     assert link.startswith("file:///")  # this package comes from a clone
     text = bug_report._impersonal(json.dumps({"more": link, "links": [link, "clock"]}))
-    ours = "docs/troubleshooting.md#clock"
+    ours = "docs/reference/troubleshooting.md#clock"
     assert json.loads(text) == {"more": ours, "links": [ours, "clock"]}
 
 

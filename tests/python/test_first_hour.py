@@ -101,7 +101,8 @@ def test_package_that_was_copied_without_its_metadata_works() -> None:
         "print(torsio.__version__, extras.source_folder(), documents.entry('encoder'))\n"
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.split() == [torsio.__version__, "None", "docs/troubleshooting.md#encoder"]
+    entry = "docs/reference/troubleshooting.md#encoder"
+    assert told.stdout.split() == [torsio.__version__, "None", entry]
 
 
 def test_plug_is_pulled_at_a_chosen_moment() -> None:

@@ -20,7 +20,7 @@ MOTOR_ONLY = torsio.ControlConfig(law="motor_only")
 
 
 class Game:
-    """The part of a driver that the tests need, written from the tables of docs/games.md."""
+    """The part of a driver that the tests need, written after docs/reference/games.md."""
 
     def __init__(self, knob: torsio.Knob) -> None:
         self.port = knob.emulator.game

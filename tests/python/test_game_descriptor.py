@@ -1,7 +1,7 @@
 """The game interface's report descriptor, read by hid-tools, against what drivers ask of it.
 
 Linux's hid-pidff is the strictest reader there is; each requirement here is one of its checks, in
-kernel 6.1 or since 6.12. The fields' bytes are those that docs/games.md tabulates.
+kernel 6.1 or since 6.12. The fields' bytes are those that docs/reference/games.md tabulates.
 """
 
 from __future__ import annotations

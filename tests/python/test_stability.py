@@ -19,7 +19,7 @@ from torsio.commands.stability import plant_of
 
 
 def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_hz: float) -> float:
-    """Equation (8) of docs/theory.md by a root finder, in 64 bits."""
+    """Equation (8) of docs/explanation/theory.md by a root finder, in 64 bits."""
     late_s = 0.5 / rate_hz + actuator.motor_time_constant_s
     most_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     beta = 0.0 if control.law == "motor_only" else control.beta
@@ -37,7 +37,7 @@ def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_
 def with_steps(
     stiffness_nm_per_rad: float, actuator: torsio.ActuatorConfig, control: torsio.ControlConfig
 ) -> float:
-    """What the encoder's steps leave of it: (8') of docs/theory.md."""
+    """What the encoder's steps leave of it: (8') of docs/explanation/theory.md."""
     most_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     rad_per_count = 2.0 * math.pi / actuator.counts_per_rev
     return 1.0 / (1.0 / stiffness_nm_per_rad + rad_per_count / most_nm)

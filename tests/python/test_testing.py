@@ -533,7 +533,7 @@ def test_plugin_is_loaded_by_the_pytest_of_debian_12(tmp_path: Path) -> None:
 def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
     from tests.test_guides import examples
 
-    for index, example in enumerate(examples("docs/testing.md", "python")):
+    for index, example in enumerate(examples("docs/how-to/testing.md", "python")):
         (pytester.path / f"test_page_{index}.py").write_text(example.code)
     pytester.runpytest("-W", "error").assert_outcomes(passed=4)
 

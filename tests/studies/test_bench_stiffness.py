@@ -70,7 +70,7 @@ def test_full_step_takes_what_supply_and_winding_need_and_the_period_until_the_v
 def test_predicted_stiffness_solves_the_balance_of_feeding_and_losses() -> None:
     for loop in (loop for loop in bench.LOOPS if loop.electrics is None):
         stiffness = bench.predicted_nm_per_rad(loop)
-        # (8) of docs/theory.md, with the reference actuator's numbers.
+        # (8) of docs/explanation/theory.md, with the reference actuator's numbers.
         late_s = (0.5 + loop.delay_ticks) / loop.rate_hz + 44e-6
         fed = (stiffness - min(2.873, 0.5 * stiffness)) * late_s
         lost = 2.6e-5 + 0.8 * 4 * 6e-3 * math.sqrt(stiffness * 6e-5) / (math.pi * 85e-3)

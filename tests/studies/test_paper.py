@@ -234,7 +234,7 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
             least = turned * math.sqrt(inertia / stiffness)
             assert left["exit_s"] is None or left["exit_s"] > least
     paper, unknown, calibrated, measured, light = aims["rows"]
-    # The price of the inertia with a coarse encoder: docs/theory.md, "Inertia behind the brake".
+    # The price of the inertia with a coarse encoder: docs/explanation/theory.md.
     without, with_it, *_ = aims["at_8192_counts"]
     assert without["sensor_rms_nm"] < with_it["sensor_rms_nm"] < 2.0 * without["sensor_rms_nm"]
     assert with_it["torque_gap_nm"] < 0.75 * without["torque_gap_nm"]

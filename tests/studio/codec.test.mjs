@@ -56,7 +56,7 @@ test("a report that breaks a rule is refused with the device's status and field"
   assert.deepEqual(refusal(new Uint8Array(63)), ["bad_length", undefined]);
   assert.deepEqual(refusal(changed("wall", (v) => v.setUint8(0, 0xee))), ["unknown_report", undefined]);
   assert.deepEqual(refusal(changed("wall", (v) => v.setUint8(63, 1))), ["bad_padding", undefined]);
-  // Bytes counted in docs/protocol.md: angle at 5, side at 13, stiffness at 14.
+  // Bytes counted in docs/reference/protocol.md: angle at 5, side at 13, stiffness at 14.
   assert.deepEqual(refusal(changed("wall", (v) => v.setFloat32(14, NaN, true))), ["not_finite", 5]);
   assert.deepEqual(refusal(changed("wall", (v) => v.setFloat32(14, -1, true))), ["out_of_range", 5]);
   assert.deepEqual(refusal(changed("wall", (v) => v.setUint8(13, 2))), ["out_of_range", 4]);

@@ -171,7 +171,7 @@ test("what no device can play is refused with the effect, the field and what is 
   assert.match(refusal({ type: "curve", torque_nm: [0, 0.01], span_rad: 9e-5 }, fine), /are 1\/65536 turn to 128 turns/);
   assert.match(refusal({ type: "curve", torque_nm: [1] }), /has 1 points, allowed are 2 to 1024/);
   const wall = (turns) => refusal({ type: "wall", angle_rad: turns * 2 * Math.PI, stiffness_nm_per_rad: 1 });
-  assert.equal(wall(67_108_864), ""); // 2^58 of 2^-32 turns, as in docs/protocol.md
+  assert.equal(wall(67_108_864), ""); // 2^58 of 2^-32 turns, as in docs/reference/protocol.md
   assert.match(wall(67_108_865), /angle_rad is \d+\.\d+, allowed are -421657428 to 421657428 rad/);
   const curve = (turns) => refusal({ type: "curve", torque_nm: [0, 0.01], span_rad: turns * 2 * Math.PI });
   assert.equal(curve(128), "");

@@ -1,4 +1,4 @@
-"""First power, step by step on the page, as docs/hardware.md has it."""
+"""First power, step by step on the page, as docs/how-to/hardware.md has it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.studio.browser import armed, news, opened, state_is
 
-GUIDE = Path(__file__).parents[2] / "docs/hardware.md"
+GUIDE = Path(__file__).parents[2] / "docs/how-to/hardware.md"
 
 
 def _step(page: Page, title: str) -> Locator:

@@ -38,7 +38,7 @@ FLOAT = 1e-6
 
 
 def _shared(wanted_nm: float, sensed_nm: float) -> tuple[float, float]:
-    """What motor and brake are given: (3) and (4) of docs/theory.md, half of it to the brake."""
+    """What motor and brake are given: (3) and (4) of docs/explanation/theory.md with beta 0.5."""
     helps = wanted_nm * sensed_nm >= 0
     return (wanted_nm - sensed_nm, abs(wanted_nm) / 2) if helps else (wanted_nm, 0.0)
 
@@ -261,7 +261,7 @@ def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, sit
         page.click("#emergency-stop")
         state_is(page, "fault")
         expect(page.locator("#faults li")).to_contain_text("emergency stop")
-        # Its entry of docs/troubleshooting.md.
+        # Its entry of docs/reference/troubleshooting.md.
         expect(page.locator("#faults details")).to_contain_text("broken wire then stops the knob")
         page.click("#clear-fault")
         expect(page.locator("#message")).to_contain_text("fault_persists")

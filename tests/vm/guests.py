@@ -25,8 +25,8 @@ GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
 NEWEST_KERNELS = TREE / "build/newest-kernels"
 # How collecting the guest's tests tells of them: this word, the kernel, the node id.
 TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
-# Many times what a guest takes of an idle processor without KVM, see docs/usb.md: a busy host may
-# take its time, but a guest that hangs must not hang the tests.
+# Many times what a guest takes of an idle processor without KVM, see docs/reference/usb.md: a busy
+# host may take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
 # What runs there: tests of its own, and those of the Python API, over USB.
 PATHS = "tests/vm/guest tests/python/test_knob.py"

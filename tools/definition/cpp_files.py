@@ -42,7 +42,7 @@ def sdk_scene() -> str:
     body += "".join(map(cpp.host_structure, (reports.LOCAL_MODEL, reports.EXCITATION)))
     return _sdk_header(
         "Scenes: what the knob shall feel like. Torques are torques on the knob, positive along "
-        "positive angle. Angles are measured from the device's zero. docs/protocol.md has the equation "
+        "positive angle. Angles are measured from the device's zero. docs/reference/protocol.md has the equation "
         "of each effect.",
         ("<cstdint>", "<limits>", "<optional>", "<variant>", "<vector>"),
         body,

@@ -1,4 +1,4 @@
-"""Prints the documents of the field lists: docs/protocol.md and the table of a board's wiring."""
+"""Prints the documents of the field lists: docs/reference/protocol.md and the table of a board's wiring."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def protocol(
     flags: Bits,
     version: int,
 ) -> str:
-    """Write docs/protocol.md."""
+    """Write docs/reference/protocol.md."""
     reports = list(reports)
     out = INTRODUCTION
     out += f"\nProtocol version {version}, fingerprint `0x{fingerprint(reports):08X}`.\n"
@@ -179,7 +179,7 @@ def fingerprint(reports: Iterable[Structure]) -> int:
 
 
 def wiring(of: Structure) -> str:
-    """Write the table of pins and electrical values in docs/hardware.md."""
+    """Write the table of pins and electrical values in docs/how-to/hardware.md."""
     out = "| field | default | unit | what |\n|---|---|---|---|\n"
     for field in of.host_fields:
         if field.kind == "switch":

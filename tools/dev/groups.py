@@ -101,7 +101,7 @@ _COVERED_BY_CPP = (
 )
 _COVERED_BY_BOARDS = (*_PYTHON, "firmware", "studies", "tools", "tests/mutation", *_BOARD_PAGES)
 _COVERED_BY_KERNELS = (
-    *(*_PYTHON, "examples", "studio", "docs/protocol.md"),
+    *(*_PYTHON, "examples", "studio", "docs/reference/protocol.md"),
     *("tests/determinism", "tests/bench", "tests/endurance", "tests/cpp"),
 )
 # What pages say of measurements, and the programs that measure.
@@ -128,7 +128,7 @@ GROUPS = {
         "the Python package: driver, emulated device, physics against their oracles",
         ("tests/python", "tests/test_faults.py"),
         ("release", "python", "studies"),
-        (*_PYTHON, "studies", "examples", "tools", *_TESTS_USED, "docs/testing.md"),
+        (*_PYTHON, "studies", "examples", "tools", *_TESTS_USED, "docs/how-to/testing.md"),
     ),
     "cpp": Group(
         "C++ with address and undefined-behaviour sanitizers; fuzzing, mutants, lives",
@@ -144,7 +144,7 @@ GROUPS = {
         "installed C and C++ libraries, and programs of other languages",
         ("tests/c", "tests/test_install.py", "tests/test_other_systems.py"),
         ("release", "languages", "python"),
-        (*_LIBRARIES, "examples", "tests/install", "docs/c.md", "tools"),
+        (*_LIBRARIES, "examples", "tests/install", "docs/reference/c.md", "tools"),
     ),
     "board": Group(
         "the firmware's binary in an emulated chip; budgets of instructions, stack and RAM",
@@ -162,7 +162,7 @@ GROUPS = {
         "the studio's page in Chromium, the emulated device as WebAssembly",
         ("tests/studio",),
         ("python", "page"),
-        (*_PYTHON, "studio", "docs/troubleshooting.md", "docs/hardware.md", "tools"),
+        (*_PYTHON, "studio", "docs/reference", "docs/how-to", "tools"),
     ),
     "studies": Group(
         "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",

@@ -160,7 +160,7 @@ class ControlConfig(checks.ByName):
 
 @dataclass(frozen=True)
 class BoardConfig(checks.ByName):
-    """The board's wiring, and the electrical values of motor and brake; docs/hardware.md.
+    """The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md.
 
     A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
     start. The emulated device uses it where it has Electrics.
@@ -256,7 +256,9 @@ class BoardConfig(checks.ByName):
 
 @dataclass(frozen=True)
 class GameConfig(checks.ByName):
-    """Permissions of games on the game interface, and the scale of their torques; docs/games.md.
+    """Permissions of games on the game interface, and the scale of their torques.
+
+    Docs/reference/games.md.
 
     Set only while disarmed.
 

@@ -27,7 +27,7 @@ def _site() -> str:
     return ""
 
 
-def entry(name: str, page: str = "troubleshooting") -> str:
+def entry(name: str, page: str = "reference/troubleshooting") -> str:
     """Give the address of an entry of a page of the documents; a path where there is no site."""
     if site := _site():
         return f"{site}/{page}.html#{name.replace('_', '-')}"

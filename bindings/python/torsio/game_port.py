@@ -18,7 +18,7 @@ def _report(report: bytes) -> bytes:
 
 
 class GamePort:
-    """Reports of the game interface as bytes, each beginning with its id; docs/games.md has them.
+    """Reports of the game interface as bytes, each with its id first; see docs/reference/games.md.
 
     They take effect at the next control tick.
     """

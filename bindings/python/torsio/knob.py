@@ -134,7 +134,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def energies(self) -> Energies:
         """Tell what motor, brake and shaft have done to the knob, if the law is ``"calibrated"``.
 
-        And how stiff a wall is rendered now; docs/theory.md, "Bounded stiffness".
+        And how stiff a wall is rendered now; docs/explanation/theory.md, "Bounded stiffness".
         """
         return Energies(**self._knob.energies())
 

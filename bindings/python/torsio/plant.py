@@ -203,8 +203,8 @@ class Electrics(checks.ByName):
 class PlantParams(PlantMethods):
     """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
 
-    The defaults are the reference actuator; docs/theory.md has the equations. Parts that are not
-    named cost nothing; the lags of motor and brake are always carried.
+    The defaults are the reference actuator; docs/explanation/theory.md has the equations. Parts
+    that are not named cost nothing; the lags of motor and brake are always carried.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""pytest's fixtures for programs that use a knob; docs/testing.md tells how to use them.
+"""pytest's fixtures for programs that use a knob; docs/how-to/testing.md tells how to use them.
 
 `torsio_pytest` imports it with the first fixture. Nothing else does: the package needs no pytest.
 """

@@ -146,7 +146,7 @@ def _orders(recorded: Recorded) -> list[_Order]:
     """Give the reports that were sent, in the order in which the device took them."""
     control = recorded.metadata["configuration"]["ControlConfig"]
     rate = recorded.metadata["info"]["control_rate_hz"]
-    # The answer to disarming comes once the torque has gone; docs/architecture.md, "States".
+    # The answer to disarming comes once the torque has gone: docs/explanation/architecture.md.
     letting_go = round(min(LET_GO_S, control["passive_ramp_s"]) * rate)
     answers: dict[tuple[int, int], list[dict[str, Any]]] = {}
     for _, sent, content in recorded.reports:

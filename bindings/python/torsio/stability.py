@@ -51,7 +51,7 @@ def boundary(
     Returns
     -------
     damping_nm_s_per_rad, stiffness_nm_per_rad
-        Of the scene, along the curve, each of shape (n,); docs/theory.md, "Stability".
+        Of the scene, along the curve, each of shape (n,); docs/explanation/theory.md, "Stability".
     """
     inertia = actuator.knob_inertia_kg_m2
     late_s = 0.5 / rate_hz + actuator.motor_time_constant_s

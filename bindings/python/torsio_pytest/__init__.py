@@ -1,4 +1,4 @@
-"""pytest's fixtures for programs that use a knob; docs/testing.md tells how to use them.
+"""pytest's fixtures for programs that use a knob; docs/how-to/testing.md tells how to use them.
 
 pytest loads this into every run, by the package's entry point. So the library, and NumPy with it,
 are imported by the first fixture that a test uses.

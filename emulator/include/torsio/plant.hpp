@@ -154,8 +154,8 @@ struct Electrics {
 };
 
 /// Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob. The
-/// defaults are the reference actuator; docs/theory.md has the equations. Parts that are not named
-/// cost nothing; the lags of motor and brake are always carried.
+/// defaults are the reference actuator; docs/explanation/theory.md has the equations. Parts that
+/// are not named cost nothing; the lags of motor and brake are always carried.
 struct PlantParams {
   double knob_inertia_kg_m2 = 6e-5;           ///< motor and knob; > 0
   double knob_viscous_nm_s_per_rad = 2.6e-5;  ///< viscous friction there; >= 0

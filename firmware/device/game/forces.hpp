@@ -7,7 +7,8 @@
 /// effect itself is not touched by this: a square wave keeps its edges.
 ///
 /// A game that sends a steady force anew in each of its frames means a curve, of which these are
-/// points. They are joined by lines, each as long as a frame (docs/games.md, "Between updates").
+/// points. They are joined by lines, each as long as a frame (docs/reference/games.md, "Between
+/// updates").
 #pragma once
 
 #include <array>

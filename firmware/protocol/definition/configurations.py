@@ -108,7 +108,7 @@ CONTROL_CONFIG = _configuration(
 BOARD_CONFIG = _configuration(
     0x06,
     "BoardConfig",
-    "The board's wiring, and the electrical values of motor and brake; docs/hardware.md.",
+    "The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md.",
     "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next "
     "start. The emulated device uses it where it has Electrics.",
     number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=constants.REFERENCE_SUPPLY_V),
@@ -199,7 +199,7 @@ BOARD_CONFIG = _configuration(
 GAME_CONFIG = _configuration(
     0x07,
     "GameConfig",
-    "Permissions of games on the game interface, and the scale of their torques; docs/games.md.",
+    "Permissions of games on the game interface, and the scale of their torques; docs/reference/games.md.",
     "Set only while disarmed.",
     switch("enabled", e.TOGGLE, "off: games see the axis but move nothing", default=True),
     number(

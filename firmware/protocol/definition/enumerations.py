@@ -35,7 +35,7 @@ ENDS = enumeration("Ends", "A curve's torque outside its span.", "hold", "repeat
 
 LAW = enumeration(
     "Law",
-    "How the desired torque is shared between motor and brake; docs/theory.md.",
+    "How the desired torque is shared between motor and brake; docs/explanation/theory.md.",
     Value("paper", "the printed law, as it must be read"),
     Value("compensated", "the motor fills in what the brake does not hold, with its drag counted"),
     Value("parallel", "fixed shares without the sensor: it sticks, and is here to show that"),
@@ -169,7 +169,7 @@ STATUS = enumeration(
     Value(
         "out_of_range",
         "a value is outside the range given below, or beyond what this encoder or rate can do",
-        "a value is outside the range that docs/protocol.md gives",
+        "a value is outside the range that docs/reference/protocol.md gives",
     ),
     Value(
         "inconsistent",

@@ -1,6 +1,6 @@
 /// @file
 /// Torsio from C and languages that call C: find a knob, open it, arm it, play scenes, record.
-/// docs/c.md is the guide.
+/// docs/reference/c.md is the guide.
 ///
 /// Nearly every function returns a torsio_result and gives its product through its last pointers.
 /// Functions that free, close or look something up do not. None of them lets an exception out.
@@ -41,7 +41,7 @@ TORSIO_API const char* torsio_last_warning(void);
 /// Parts of a refusal by the device.
 typedef struct torsio_refusal {
   uint32_t struct_size;            ///< bytes of a torsio_refusal
-  char status[TORSIO_TEXT_BYTES];  ///< why, in one word of docs/protocol.md: "not_armed", ...
+  char status[TORSIO_TEXT_BYTES];  ///< why, in one word of docs/reference/protocol.md: "not_armed", ...
   char report[TORSIO_TEXT_BYTES];  ///< what was refused: "wall", "command", ...
   char field[TORSIO_TEXT_BYTES];   ///< the offending field; "" if none in particular
   char reason[TORSIO_TEXT_BYTES];  ///< if the torque had gone before, why: "watchdog", ...

@@ -61,7 +61,7 @@ typedef enum torsio_ends {
 } torsio_ends;
 TORSIO_API const char* torsio_ends_name(int32_t value);
 
-/// How the desired torque is shared between motor and brake; docs/theory.md.
+/// How the desired torque is shared between motor and brake; docs/explanation/theory.md.
 typedef enum torsio_law {
   TORSIO_LAW_PAPER = 0,  ///< the printed law, as it must be read
   TORSIO_LAW_COMPENSATED =
@@ -545,9 +545,9 @@ typedef struct torsio_control_config {
 } torsio_control_config;
 TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* structure);
 
-/// The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin is the
-/// number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The
-/// emulated device uses it where it has Electrics.
+/// The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md. A pin
+/// is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+/// start. The emulated device uses it where it has Electrics.
 typedef struct torsio_board_config {
   uint32_t struct_size;  ///< bytes of a torsio_board_config
   /// of both H-bridges; 3 to 60; at first 12
@@ -611,8 +611,8 @@ typedef struct torsio_board_config {
 } torsio_board_config;
 TORSIO_API torsio_result torsio_board_config_init(torsio_board_config* structure);
 
-/// Permissions of games on the game interface, and the scale of their torques; docs/games.md. Set
-/// only while disarmed.
+/// Permissions of games on the game interface, and the scale of their torques;
+/// docs/reference/games.md. Set only while disarmed.
 typedef struct torsio_game_config {
   uint32_t struct_size;  ///< bytes of a torsio_game_config
   /// false: games see the axis but move nothing; at first true
@@ -870,8 +870,8 @@ typedef struct torsio_electrics {
 TORSIO_API torsio_result torsio_electrics_init(torsio_electrics* structure);
 
 /// Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob. The
-/// defaults are the reference actuator; docs/theory.md has the equations. Parts that are not named
-/// cost nothing; the lags of motor and brake are always carried.
+/// defaults are the reference actuator; docs/explanation/theory.md has the equations. Parts that
+/// are not named cost nothing; the lags of motor and brake are always carried.
 typedef struct torsio_plant_params {
   uint32_t struct_size;  ///< bytes of a torsio_plant_params
   /// motor and knob; > 0; at first 6e-05

@@ -10,7 +10,7 @@
 
 namespace torsio {
 
-/// How the desired torque is shared between motor and brake; docs/theory.md.
+/// How the desired torque is shared between motor and brake; docs/explanation/theory.md.
 enum class Law : std::uint8_t {
   paper,        ///< the printed law, as it must be read
   compensated,  ///< the motor fills in what the brake does not hold, with its drag counted
@@ -83,9 +83,9 @@ struct ControlConfig {
   double free_assist_nm = 0.0;
 };
 
-/// The board's wiring, and the electrical values of motor and brake; docs/hardware.md. A pin is the
-/// number of its GPIO. Set only while disarmed, then save: it takes effect at the next start. The
-/// emulated device uses it where it has Electrics.
+/// The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md. A pin
+/// is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next
+/// start. The emulated device uses it where it has Electrics.
 struct BoardConfig {
   double supply_v = 12.0;                        ///< of both H-bridges; 3 to 60
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100
@@ -131,8 +131,8 @@ struct BoardConfig {
   int light_pin = 25;  ///< GPIO of the status light; 0 to 29
 };
 
-/// Permissions of games on the game interface, and the scale of their torques; docs/games.md. Set
-/// only while disarmed.
+/// Permissions of games on the game interface, and the scale of their torques;
+/// docs/reference/games.md. Set only while disarmed.
 struct GameConfig {
   bool enabled = true;  ///< false: games see the axis but move nothing
   /// from one end of the game's axis to the other, round angle 0; 10 to 36000

@@ -21,8 +21,8 @@ namespace torsio {
 [[nodiscard]] TORSIO_EXPORT ShaftConfig matching_shaft(const PlantParams& plant);
 
 /// The game interface of an emulated knob, for tests of drivers. Reports are bytes that begin with
-/// their id; docs/games.md has them all. They take effect at the next control tick. Lives as long
-/// as its Emulator.
+/// their id; docs/reference/games.md has them all. They take effect at the next control tick. Lives
+/// as long as its Emulator.
 class TORSIO_EXPORT GamePort {
  public:
   GamePort(const GamePort&) = delete;

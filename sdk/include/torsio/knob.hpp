@@ -158,7 +158,7 @@ class TORSIO_EXPORT Knob {
   /// State and counters, as the device says now.
   [[nodiscard]] Health health();
   /// Work of motor, brake and shaft on the knob, if the law is `calibrated`; and the stiffest wall
-  /// now. docs/theory.md, "Bounded stiffness".
+  /// now. docs/explanation/theory.md, "Bounded stiffness".
   [[nodiscard]] Energies energies();
   /// Sums of current readings and of the bridge's shares since the board started, if it has a
   /// current sensor.
@@ -171,12 +171,14 @@ class TORSIO_EXPORT Knob {
   /// Counts of reports at this end of the cable since the knob was opened, and of losses.
   [[nodiscard]] LinkStatistics statistics() const;
   /// Stiffest spring that its parts can render, by its configuration. Beyond it the knob may swing
-  /// for ever at full torque, unless the law is `calibrated`. docs/theory.md, "Stability".
+  /// for ever at full torque, unless the law is `calibrated`. docs/explanation/theory.md,
+  /// "Stability".
   [[nodiscard]] StableStiffness stable_stiffness();
   /// Copies of the reports that travel from now on, until you drop the tap. Before them come the
   /// reports of the current scene, if this library played it.
   [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
-  /// A feature report as it is; docs/protocol.md has them. @throws Error if the device stalls
+  /// A feature report as it is; docs/reference/protocol.md has them. @throws Error if the device
+  /// stalls
   [[nodiscard]] ReportBytes feature(std::uint8_t report_id);
   /// Effects of games on the device.
   [[nodiscard]] GameStatus game_status();
@@ -215,7 +217,7 @@ class TORSIO_EXPORT Knob {
 
   /// Plays a bounded experiment in place of scene and law: commands of motor and brake, as they
   /// are. The next one goes on from where this one is; whatever leaves its bounds, or comes to its
-  /// end, disarms. For calibration; docs/calibration.md.
+  /// end, disarms. For calibration; docs/how-to/calibration.md.
   /// @throws InvalidArgument that names field, value and range; Refused (not_armed, not_owner)
   void excite(const Excitation& excitation);
 

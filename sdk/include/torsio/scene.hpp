@@ -1,7 +1,7 @@
 /// @file
 /// Scenes: what the knob shall feel like. Torques are torques on the knob, positive along positive
-/// angle. Angles are measured from the device's zero. docs/protocol.md has the equation of each
-/// effect.
+/// angle. Angles are measured from the device's zero. docs/reference/protocol.md has the equation
+/// of each effect.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
 /// instead.

@@ -14,7 +14,7 @@ namespace torsio {
 
 class Emulator;
 
-/// A report as it travels: its id, its fields, zeros; docs/protocol.md has them all.
+/// A report as it travels: its id, its fields, zeros; docs/reference/protocol.md has them all.
 using ReportBytes = std::array<std::uint8_t, 64>;
 
 /// A report that travelled: one that was sent, or an acknowledgement or event that came.

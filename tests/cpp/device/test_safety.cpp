@@ -1,6 +1,6 @@
-// What docs/protocol.md and docs/architecture.md promise to whoever holds the knob: caps, and
-// faults that latch. Each of these lines was once deleted without any other test noticing;
-// tests/mutation has the list.
+// What docs/reference/protocol.md and docs/explanation/architecture.md promise to whoever holds the
+// knob: caps, and faults that latch. Each of these lines was once deleted without any other test
+// noticing; tests/mutation has the list.
 #include <cmath>
 #include <cstdint>
 

@@ -1,4 +1,5 @@
-// What a game's effects never do: what docs/games.md promises beside the torques themselves.
+// What a game's effects never do: what docs/reference/games.md promises beside the torques
+// themselves.
 #include <algorithm>
 #include <cmath>
 

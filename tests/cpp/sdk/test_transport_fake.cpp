@@ -171,7 +171,7 @@ TEST_CASE("a refusal is told in words: why, which report, which field") {
     CHECK(refused.report() == "wall");
     CHECK(refused.field() == "stiffness_nm_per_rad");
     CHECK(contains(refused.what(), "stiffness_nm_per_rad"));
-    CHECK(contains(refused.what(), "docs/protocol.md"));
+    CHECK(contains(refused.what(), "docs/reference/protocol.md"));
   }
   script->status = 99;  // of a newer device
   script->field = protocol::kNoField;

@@ -43,7 +43,7 @@ class Recorder final : public WrappedTransport {
   std::vector<ReportBytes>& sent_;
 };
 
-/// Counts the signs of life: command (0x10) with keep_alive (0), docs/protocol.md.
+/// Counts the signs of life: command (0x10) with keep_alive (0), docs/reference/protocol.md.
 class SignCounter final : public WrappedTransport {
  public:
   SignCounter(std::unique_ptr<Transport> inner, std::atomic<int>& signs)
@@ -253,7 +253,8 @@ TEST_CASE("a knob over a transport that wraps another one plays just the same") 
   for (std::size_t i = 0; i < direct.size(); ++i) {
     CHECK(wrapped[i].angle_rad == direct[i].angle_rad);
   }
-  // docs/protocol.md: command (0x10) with arm (1), then the wall (0x20) somewhere behind it.
+  // docs/reference/protocol.md: command (0x10) with arm (1), then the wall (0x20) somewhere behind
+  // it.
   REQUIRE_FALSE(sent.empty());
   CHECK(sent.front()[0] == 0x10);
   CHECK(sent.front()[4] == 1);
@@ -271,7 +272,7 @@ TEST_CASE("who closes a knob disarms it, unless a game or the dial has it") {
     Knob knob = Knob::open(std::make_unique<Recorder>(std::move(inner), sent));
     REQUIRE(knob.state() == State::armed);
     knob.close();
-    // docs/protocol.md: command (0x10) with disarm (2).
+    // docs/reference/protocol.md: command (0x10) with disarm (2).
     const auto disarms = [](const ReportBytes& report) {
       return report[0] == 0x10 && report[4] == 2;
     };

@@ -82,7 +82,7 @@ def test_report_descriptor_is_ours_and_the_kernel_parsed_it(knob: VirtualKnob) -
     parsed = Path("/sys/kernel/debug/hid", hid.name, "rdesc").read_text()
     first = bytes.fromhex(parsed.splitlines()[0])
     assert first == ours
-    # Number after number as docs/protocol.md has them.
+    # Number after number as docs/reference/protocol.md has them.
     found = {
         kind: {int(number) for number in re.findall(rf"{kind}\((\d+)\)\[", parsed)}
         for kind in ("INPUT", "OUTPUT", "FEATURE")

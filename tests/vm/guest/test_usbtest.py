@@ -1,4 +1,4 @@
-"""The kernel's own tests of USB devices on the knob; docs/usb.md says which, and why not others."""
+"""The kernel's own tests of USB devices on the knob; docs/reference/usb.md says which."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def calibrate(
         raise Refusal(
             STEPS[0], "unconfirmed", "nobody has confirmed the parts of this board, so it gives "
             f"{1e3 * knob.limits().motor_torque_max_nm:.3g} mN m at most. Set the values of motor, "
-            "brake and encoder (docs/hardware.md, first power), then torsio config set "
+            "brake and encoder (docs/how-to/hardware.md, first power), then torsio config set "
             "confirmed=on",
         )  # fmt: skip
     demagnetised = knob.board_config().brake_inductance_h > 0.0

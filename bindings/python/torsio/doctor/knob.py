@@ -21,9 +21,9 @@ _DRIFT_LIMIT_PPM = 200.0
 _SLOW_ROUND_TRIP_S = 10e-3
 
 _HOW_TO_CONFIRM = (
-    "set the values of motor, brake and encoder (docs/hardware.md, first power), then `torsio "
-    "config set confirmed=on`, and `torsio calibrate`; or set values_are=stated if you are sure of "
-    "the values"
+    "set the values of motor, brake and encoder (docs/how-to/hardware.md, first power), then "
+    "`torsio config set confirmed=on`, and `torsio calibrate`; or set values_are=stated if you are "
+    "sure of the values"
 )
 _HOW_TO_LIMIT = (
     f"`torsio config set speed_limit_rad_s={FREE_LIMIT_RAD_S:g}`, as `torsio calibrate` needs it: "

@@ -1,7 +1,7 @@
 """The virtual USB knob: a program that an operating system sees as a knob on a USB port.
 
 The program is C++ and comes with the package if the package was built with TinyUSB. Each run is one
-knob; see docs/usb.md.
+knob; see docs/reference/usb.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def program_path() -> Path:
     if sys.platform == "win32":
         raise Error(
             "the virtual USB knob is a program for Linux: run it there, and attach it to this "
-            "Windows over the network as docs/usb.md tells"
+            "Windows over the network as docs/reference/usb.md tells"
         )
     if sys.platform == "darwin":
         raise Error(

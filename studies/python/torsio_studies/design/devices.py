@@ -100,7 +100,7 @@ class Measures:
         Largest torque that the device presses and releases, in a wall of 30 mN m/deg, with a motor
         that never saturates; found by simulation.
     critical_formula_nm
-        The same from the formula of docs/theory.md.
+        The same from the formula of docs/explanation/theory.md.
     tracking_in, tracking_out
         RMS error in that wall, as a share of the peak.
     sensor_rms_nm
@@ -140,7 +140,7 @@ class Batch:
 
 
 def critical_torque_nm(design: Design, wall_nm_per_rad: float) -> float:
-    """Give the largest torque that motor and brake can render, by docs/theory.md."""
+    """Give the largest torque that motor and brake can render, by docs/explanation/theory.md."""
     return critical_torque(
         wall_nm_per_rad,
         design.beta,

@@ -352,7 +352,7 @@ def critical_torque(
     motor: float = MOTOR_NM,
     brake: float = BRAKE_NM,
 ) -> float:
-    """Largest torque that can be rendered without saturating the motor (docs/theory.md).
+    """Largest torque that does not saturate the motor (docs/explanation/theory.md).
 
     Raises
     ------

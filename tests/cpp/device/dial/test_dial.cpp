@@ -171,7 +171,8 @@ TEST_CASE("dial: a torque that would buzz is not given, nor more than the motor 
     stiff.turn_to(at, 1);
     most = std::max(most, std::abs(stiff.outputs.motor_command_nm));
   }
-  // docs/games.md: 0.236 N m/rad at 1 kHz, which a sine reaches in its notch with the n-th part.
+  // docs/reference/games.md: 0.236 N m/rad at 1 kHz, which a sine reaches in its notch with the
+  // n-th part.
   CHECK(most == near_nm(0.236 / 100, 0.02));
   DialRig slow({.detents = 1, .torque_nm = 1.0F});
   // What it has, and not a sine that is cut off at it.

@@ -1,6 +1,6 @@
 /// @file
 /// A device on the bench with a game on its other interface. Reports are written here byte by byte,
-/// from the tables of docs/games.md.
+/// from the tables of docs/reference/games.md.
 #pragma once
 
 #include <array>

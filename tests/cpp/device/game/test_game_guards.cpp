@@ -130,8 +130,8 @@ TEST_CASE("friction holds its saturation, each side its own") {
 }
 
 TEST_CASE("friction's bristle is no stiffer than the encoder allows either") {
-  // docs/games.md: J (4 f / (pi T tau))^2 at a torque T, and 2 f / d as for a spring. At 20 kHz the
-  // second is the lower one.
+  // docs/reference/games.md: J (4 f / (pi T tau))^2 at a torque T, and 2 f / d as for a spring. At
+  // 20 kHz the second is the lower one.
   constexpr double kPi = std::numbers::pi;
   constexpr double kCountRad = 2 * kPi / 8192;
   constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kMotorLagS = 44e-6;

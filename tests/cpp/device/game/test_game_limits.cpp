@@ -1,4 +1,4 @@
-// How strong conditions may be: the formulas of docs/games.md, with the default actuator.
+// How strong conditions may be: the formulas of docs/reference/games.md, with the default actuator.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
