@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 import typer
@@ -131,8 +132,40 @@ def test_tests_of_the_tutorial_pass(tmp_path: Path) -> None:
     assert "4 passed" in done.stdout, done.stdout
 
 
+@functools.cache
+def _commands() -> dict[str, Any]:
+    return dict(vars(typer.main.get_command(cli.app))["commands"])
+
+
 def test_page_of_commands_names_them_all() -> None:
     page = (TREE / "docs/reference/commands.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`([\w-]+)", " ".join(re.findall(r"^\| (`.*?) \|", page, re.M))))
-    commands = vars(typer.main.get_command(cli.app))["commands"]
-    assert named == set(commands)
+    assert named == set(_commands())
+
+
+def _unknown(line: str) -> list[str]:
+    """Give the words of a command line that the command `torsio` does not know."""
+    words = line.split()
+    if words[0].startswith("-"):
+        return []  # of the program itself
+    command = _commands().get(words.pop(0))
+    if command is None:
+        return [line]
+    while words and words[0] in vars(command).get("commands", {}):
+        command = vars(command)["commands"][words.pop(0)]
+    known = {name for parameter in command.params for name in parameter.opts}
+    known |= {name for parameter in command.params for name in parameter.secondary_opts}
+    return [word for word in words if word.startswith("--") and word not in {*known, "--help"}]
+
+
+def test_commands_in_the_documents_are_there_with_their_options() -> None:
+    lost, found = [], 0
+    for page in (*TREE.glob("[!N]*.md"), *TREE.glob("docs/**/*.md")):
+        text = page.read_text(encoding="utf-8")
+        lines = re.findall(r"`torsio ([^`]+)`", text)
+        lines += re.findall(r"^ {4,}torsio (.*?)(?:  +#.*)?$", text, re.M)
+        found += len(lines)
+        lost += [f"{page.name}: {word}" for line in lines for word in _unknown(line)]
+    assert found > 100
+    assert lost == []
+    assert _unknown("list --nothing") == ["--nothing"]
