@@ -361,14 +361,6 @@ def test_picture_shows_every_fit(found: Any, tmp_path: Path) -> None:
     assert len(found[0].fits) == 7
 
 
-def test_picture_of_the_brake_has_its_loop(found: Any) -> None:
-    (over,) = (fit for fit in found[0].fits if fit.title.startswith("Brake over its command"))
-    # The first command is within the loop: the brake goes on with what it has from before.
-    assert over.x[0] - 8e-3 < 8e-3
-    assert over.measured[0] == pytest.approx(8e-3, abs=0.3e-3)
-    assert over.fitted == pytest.approx(over.measured, abs=0.3e-3)
-
-
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
     runner = CliRunner()
     quiet = runner.invoke(app, ["calibrate", "--quick", "--json", "--device", "emulated"])

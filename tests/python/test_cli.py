@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import math
 import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +17,7 @@ from typer.testing import CliRunner
 import torsio
 from torsio.cli import app
 from torsio.commands import other as other_commands
-from torsio.demos import wall, wall_figure
+from torsio.demos import wall
 
 COMMAND = str(Path(sys.executable).with_name("torsio"))
 
@@ -39,10 +36,6 @@ def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     folder = tmp_path_factory.mktemp("demo")
     result = run("demo", "wall", "--out", str(folder))
     return folder, json.loads((folder / "virtual_wall.json").read_text()), result.stdout
-
-
-def test_version_is_that_of_the_package() -> None:
-    assert run("--version").stdout == f"torsio {torsio.__version__}\n"
 
 
 def test_list_shows_the_emulated_knob() -> None:
@@ -114,11 +107,6 @@ def test_options_of_the_emulated_knob_are_refused_while_a_real_one_would_be_take
     result = CliRunner().invoke(app, ["demo", "wall", "--seed", "3"])
     assert result.exit_code == 2
     assert "add --device emulated" in result.stderr
-
-
-@pytest.mark.parametrize("arguments", [(), ("info",), ("demo", "wall"), ("study",)])
-def test_short_and_long_option_for_help_are_the_same(arguments: tuple[str, ...]) -> None:
-    assert run(*arguments, "-h").stdout == run(*arguments, "--help").stdout
 
 
 def test_module_runs_as_the_command_does() -> None:
@@ -224,14 +212,6 @@ def test_demo_follows_the_wall(demo: tuple[Path, dict[str, Any], str]) -> None:
     assert "tracking, way in" in output
 
 
-def test_demo_picture_is_a_large_png(demo: tuple[Path, dict[str, Any], str]) -> None:
-    data = (demo[0] / "virtual_wall.png").read_bytes()
-    assert data.startswith(b"\x89PNG\r\n\x1a\n")
-    width, height = (int.from_bytes(data[n : n + 4], "big") for n in (16, 20))
-    assert width >= 1800
-    assert height >= 1400
-
-
 def test_demo_is_the_same_again_but_for_its_speed(
     demo: tuple[Path, dict[str, Any], str], tmp_path: Path
 ) -> None:
@@ -262,20 +242,6 @@ def test_demo_that_is_not_as_it_should_be_has_status_1_and_writes_its_files(
     assert len(result.stderr.splitlines()) == 1
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["virtual_wall.json", "virtual_wall.png"]
-
-
-def test_demo_that_cannot_write_its_picture_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fill_disk(_visit: object, _measures: object, path: Path) -> None:
-        path.write_text("half a pic")
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(wall_figure, "save_figure", fill_disk)
-    result = CliRunner().invoke(app, ["demo", "wall", "--out", str(tmp_path)])
-    assert result.exit_code == 1
-    assert result.stderr.startswith("torsio: error: --out: cannot write there (No space left")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_missing_device_leaves_no_folder(tmp_path: Path) -> None:
@@ -317,34 +283,6 @@ def test_file_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["record", str(file), "--device", "emulated"])
     assert result.exit_code == 1
     assert result.stderr.endswith(f"torsio: error: {file}: No such file or directory\n")
-
-
-def test_demo_without_arguments_writes_into_out(tmp_path: Path) -> None:
-    run("demo", "wall", cwd=tmp_path)
-    names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert names == ["virtual_wall.json", "virtual_wall.png"]
-
-
-def test_interrupted_demo_has_status_130(tmp_path: Path) -> None:
-    folder = tmp_path / "out"
-    process = subprocess.Popen(
-        [COMMAND, "demo", "wall", "--paced", "--out", str(folder)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-    try:
-        assert process.stdout is not None
-        assert process.stdout.readline().startswith("knob ")  # it is open
-        time.sleep(0.3)  # into the visit, which takes 2.4 s
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=20)
-    finally:
-        process.kill()
-    assert errors.splitlines() == ["torsio: interrupted; the knob is disarmed"]
-    assert process.returncode == 130
-    assert not folder.exists()
 
 
 def test_study_says_what_to_install_where_the_studies_are_not(

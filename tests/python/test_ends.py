@@ -272,23 +272,6 @@ def test_events_and_callback_tell_the_same() -> None:
             knob.on_event(3)  # type: ignore[arg-type]
 
 
-def test_what_a_callback_raises_is_shown_and_ends_nothing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    shown: list[object] = []
-    monkeypatch.setattr(sys, "unraisablehook", lambda args: shown.append(args.exc_value))
-
-    def fail(_: torsio.Event) -> None:
-        raise RuntimeError("of the callback")
-
-    with torsio.open("emulated") as knob:
-        knob.on_event(fail)
-        knob.arm()
-        knob.disarm()
-        knob.on_event(None)
-    assert [str(error) for error in shown] == ["of the callback"] * 2
-
-
 # In a process of its own: what hangs in here holds the interpreter up at its end.
 CLOSING = """
 knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced={paced}))

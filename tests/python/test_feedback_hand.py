@@ -25,24 +25,6 @@ def open_knob(hand: torsio.Hand, **more: Any) -> torsio.Knob:
     return torsio.open("emulated", emulator=options)
 
 
-def test_function_is_asked_once_a_period_with_the_true_state() -> None:
-    asked: list[tuple[float, float, float]] = []
-
-    def torque_nm(time_s: float, angle_rad: float, speed_rad_s: float) -> float:
-        asked.append((time_s, angle_rad, speed_rad_s))
-        return 0.02
-
-    plant = Plant(RIGID, torsio.FeedbackHand(torque_nm, period_s=0.002))
-    for _ in range(100):
-        plant.advance(100_000)  # however the time is cut
-    assert [round(time_s, 9) for time_s, *_ in asked] == [0.0, 0.002, 0.004, 0.006, 0.008, 0.010]
-    constant = Plant(RIGID, torsio.TorqueHand(torque_nm=0.02))
-    for time_s, angle_rad, speed_rad_s in asked[1:]:
-        constant.advance(round(1e9 * time_s) - constant.time_ns)
-        assert angle_rad == pytest.approx(constant.state["angle_rad"], rel=1e-12)
-        assert speed_rad_s == pytest.approx(constant.state["speed_rad_s"], rel=1e-12)
-
-
 def test_a_spring_as_a_function_swings_like_one_at_a_short_period() -> None:
     hand = torsio.FeedbackHand(
         torque_nm=lambda _, angle_rad, speed_rad_s: -0.5 * (angle_rad - 0.2) - 2e-3 * speed_rad_s,
@@ -57,21 +39,6 @@ def test_a_spring_as_a_function_swings_like_one_at_a_short_period() -> None:
         (0.0, 0.05), [0.0, 0.0], rtol=1e-10, atol=1e-12,
     )  # fmt: skip
     assert plant.state["angle_rad"] == pytest.approx(swing.y[0, -1], rel=3e-3)
-
-
-def test_its_time_begins_when_it_takes_over() -> None:
-    begin: list[float] = []
-
-    def torque_nm(time_s: float, *_: float) -> float:
-        begin.append(time_s)
-        return 0.0
-
-    with open_knob(torsio.NoHand()) as knob:
-        knob.sleep(0.5)
-        knob.emulator.set_hand(torsio.FeedbackHand(torque_nm=torque_nm))
-        knob.sleep(0.01)
-    assert begin[0] == 0.0
-    assert begin[1] == pytest.approx(1e-3)
 
 
 def test_a_hand_that_seeks_finds_the_wall() -> None:

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import torsio
-from torsio import ControlConfig, ImpedanceHand, Knob, PrescribedMotion, TorqueHand, Wall
-from torsio.telemetry import FLAG_STATE_MASK, TELEMETRY_DTYPE, TRUTH_DTYPE
+from torsio import ControlConfig, Knob, PrescribedMotion, TorqueHand, Wall
+from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 
 WALL = Wall(angle_rad=0.02, stiffness_nm_per_rad=1.4)
 
@@ -39,79 +39,6 @@ def settled(knob: Knob) -> np.void:
 # Effects: the torque at rest against the closed form of each
 
 
-def scene_cases() -> list[tuple[torsio.Effect, float, float]]:
-    angle = 0.1
-    return [
-        (Wall(angle_rad=0.05, stiffness_nm_per_rad=0.5), angle, -0.025),
-        (Wall(angle_rad=0.05, stiffness_nm_per_rad=0.5, side="below"), angle, 0.0),
-        (Wall(angle_rad=0.15, stiffness_nm_per_rad=0.5, side="below"), angle, 0.025),
-        (torsio.Spring(angle_rad=0.2, stiffness_nm_per_rad=0.3), angle, 0.03),
-        (torsio.Spring(stiffness_nm_per_rad=0.3, deadband_rad=0.04), angle, -0.018),
-        (torsio.Spring(stiffness_nm_per_rad=0.3, torque_limit_nm=0.01), angle, -0.01),
-        (torsio.Damper(damping_nm_s_per_rad=0.01), angle, 0.0),
-        (torsio.Friction(torque_nm=0.02, stiffness_nm_per_rad=5.0), angle, -0.02),
-        (torsio.Inertia(inertia_kg_m2=1e-4), angle, 0.0),
-        (torsio.Constant(torque_nm=-0.03), angle, -0.03),
-        (torsio.EndStops(lower_rad=-0.05, upper_rad=0.06, stiffness_nm_per_rad=1.0), angle, -0.04),
-        (torsio.Detents(torque_nm=0.03, pitch_rad=0.4), angle, -0.03),
-        (torsio.Detents(torque_nm=0.03, pitch_rad=0.4, profile="linear"), angle, -0.015),
-        (torsio.Detents(torque_nm=0.03, pitch_rad=0.4, profile="click", width=0.2), angle, -0.03),
-        (torsio.Texture(torque_nm=0.02, grains_per_turn=4, grain="square"), angle, 0.02),
-        (torsio.Impact(angle_rad=0.05, strength_nm_s_per_rad=0.02), angle, 0.0),
-        (torsio.Curve(torque_nm=[0.0, 0.04], angle_rad=0.0, span_rad=0.2), angle, 0.02),
-        (torsio.Curve(torque_nm=[0.01, 0.03], angle_rad=0.2, span_rad=0.2), angle, 0.01),
-    ]
-
-
-@pytest.mark.parametrize(("effect", "angle", "torque"), scene_cases(), ids=repr)
-def test_effect_asks_for_the_torque_of_its_equation(
-    knob: Knob, effect: torsio.Effect, angle: float, torque: float
-) -> None:
-    knob.play(effect)
-    knob.arm()
-    knob.emulator.set_hand(turned_to(angle))
-    sample = settled(knob)
-    # One count of angle is 0.77 mrad; the stiffest of these makes 0.8 mN m of it.
-    assert sample["desired_torque_nm"] == pytest.approx(torque, abs=1.2e-3)
-
-
-@pytest.mark.parametrize(
-    ("waveform", "values"),
-    [
-        ("sine", [math.sqrt(0.5), math.sqrt(0.5), -math.sqrt(0.5), -math.sqrt(0.5)]),
-        ("square", [1.0, 1.0, -1.0, -1.0]),
-        ("triangle", [0.5, 0.5, -0.5, -0.5]),
-        ("sawtooth_up", [-0.75, -0.25, 0.25, 0.75]),
-        ("sawtooth_down", [0.75, 0.25, -0.25, -0.75]),
-    ],
-)
-def test_periodic_effect_follows_its_waveform(waveform: str, values: list[float]) -> None:
-    with torsio.open("emulated") as knob:
-        knob.emulator.set_hand(turned_to(0.0))
-        knob.arm()
-        knob.sleep(0.2)  # the torque after arming comes softly
-        knob.play(
-            torsio.Periodic(
-                amplitude_nm=0.02,
-                frequency_hz=31.25,
-                waveform=waveform,  # type: ignore[arg-type]
-            )
-        )
-        torque = knob.record(duration_s=0.4)["desired_torque_nm"]
-    # 31.25 Hz at 1 kHz has 32 samples a period. Wherever it began, some sample is an eighth of a
-    # period in, and it and those a quarter apart have known values in all ten periods.
-    quarters = np.tile(0.02 * np.array(values), 10)
-    errors = [np.abs(torque[n:][::8][:40] - quarters).max() for n in range(32)]
-    assert min(errors) < 1.5e-5  # telemetry's step is 1e-5
-
-
-def test_effects_of_a_scene_add_up(knob: Knob) -> None:
-    knob.play([torsio.Constant(torque_nm=0.01), torsio.Constant(torque_nm=0.02)] * 8)
-    knob.arm()
-    knob.emulator.set_hand(turned_to(0.0))
-    assert settled(knob)["desired_torque_nm"] == pytest.approx(0.24, abs=1e-4)
-
-
 def test_stop_disarms_and_empties_the_scene(knob: Knob) -> None:
     knob.play(torsio.Constant(torque_nm=0.02))
     knob.arm()
@@ -129,20 +56,6 @@ def test_disarm_keeps_the_scene(knob: Knob) -> None:
     assert settled(knob)["motor_command_nm"] == 0.0
     knob.arm()
     assert settled(knob)["desired_torque_nm"] == pytest.approx(0.02, abs=1e-5)
-
-
-def test_local_model_pulls_toward_its_reference(knob: Knob) -> None:
-    knob.emulator.set_hand(turned_to(0.0))
-    knob.arm()
-    knob.sleep(0.3)
-    knob.start_telemetry()
-    for _ in range(20):
-        knob.stream_local_model(angle_rad=0.1, stiffness_nm_per_rad=0.4)
-        knob.sleep(0.005)
-    log = knob.read()
-    assert log["desired_torque_nm"].max() == pytest.approx(0.04, abs=1e-3)
-    knob.stream_local_model(deadline_s=0.0)
-    assert knob.state == "armed"
 
 
 # Telemetry
@@ -195,74 +108,6 @@ def test_telemetry_iterator_gives_what_was_asked(knob: Knob) -> None:
     assert max(len(chunk) for chunk in chunks) <= 64
     assert np.all(np.diff(np.concatenate(chunks)["tick"]) == 1)
     assert sum(len(chunk) for chunk in chunks) == 500
-
-
-def test_telemetry_flags_tell_the_state(knob: Knob) -> None:
-    assert set(knob.record(duration_s=0.1)["flags"] & FLAG_STATE_MASK) == {0}
-    knob.arm()
-    assert settled(knob)["flags"] & FLAG_STATE_MASK == 1
-
-
-def test_samples_lost_counts_what_a_slow_reader_missed() -> None:
-    with torsio.open("emulated", ring_samples=100) as knob:
-        knob.start_telemetry()
-        knob.sleep(1.0)
-        got = len(knob.read())
-        statistics = knob.statistics()
-    assert got <= 100
-    assert statistics.samples_lost >= 850
-    assert statistics.samples_received >= 950
-
-
-def test_truth_and_telemetry_share_their_clock(knob: Knob) -> None:
-    knob.emulator.truth()
-    knob.emulator.set_hand(turned_to(0.2))
-    log = knob.record(duration_s=0.4)
-    truth = knob.emulator.truth()
-    assert truth.dtype == TRUTH_DTYPE
-    rows = truth[np.isin(np.round(truth["time_s"] * 1e3), log["tick"])]
-    assert len(rows) == len(log)
-    count = 2 * math.pi / 8192
-    assert np.all(rows["angle_rad"] - log["angle_rad"] >= -1e-9)
-    assert np.all(rows["angle_rad"] - log["angle_rad"] <= count + 1e-9)
-
-
-def test_same_seed_gives_the_same_bytes() -> None:
-    def run(seed: int) -> tuple[bytes, bytes]:
-        hand = ImpedanceHand(
-            intended_angle_rad=[(0, 0), (0.3, 0.15), (0.6, -0.1)], stiffness_nm_per_rad=1.0
-        )
-        with torsio.open(
-            "emulated", emulator=torsio.EmulatorOptions(seed=seed, hand=hand, log_truth=True)
-        ) as knob:
-            knob.play([WALL, torsio.Texture(torque_nm=0.01, grains_per_turn=500)])
-            knob.arm()
-            knob.start_telemetry()
-            knob.emulator.set_link_faults(torsio.LinkFaults(drop_input=0.05))
-            log = knob.record(duration_s=0.7)
-            return log.tobytes(), knob.emulator.truth().tobytes()
-
-    assert run(7) == run(7)
-    assert run(7) != run(8)  # other reports are dropped
-
-
-@pytest.mark.parametrize("cut_s", [0.001, 0.007, 0.05, 0.3])
-def test_result_does_not_depend_on_how_time_is_cut(cut_s: float) -> None:
-    def run(cut_s: float) -> tuple[bytes, bytes]:
-        with torsio.open(
-            "emulated", emulator=torsio.EmulatorOptions(seed=1, log_truth=True)
-        ) as knob:
-            knob.play(WALL)
-            knob.arm()
-            knob.start_telemetry()
-            knob.emulator.set_hand(turned_to(0.06))
-            begin = knob.clock().tick
-            while knob.clock().tick < begin + 600:
-                knob.sleep(min(cut_s, (begin + 600 - knob.clock().tick) * 1e-3))
-            log = knob.read(max_samples=500)
-            return log.tobytes(), knob.emulator.truth()[:550].tobytes()
-
-    assert run(cut_s) == run(0.6)
 
 
 def test_ten_kilohertz_device_controls_at_ten_kilohertz() -> None:
@@ -389,14 +234,6 @@ def test_fault_is_named(knob: Knob, cause: object, fault: str) -> None:
     cause(knob.emulator)  # type: ignore[operator]
     assert knob.wait_for("fault", timeout_s=0.2)
     assert fault in knob.faults()
-
-
-def test_zero_makes_this_position_the_origin(knob: Knob) -> None:
-    knob.emulator.set_hand(turned_to(0.5))
-    knob.sleep(0.3)
-    assert knob.position_rad() == pytest.approx(0.5, abs=1e-3)
-    knob.zero()
-    assert knob.position_rad() == 0.0
 
 
 def test_torque_hand_turns_the_free_knob(knob: Knob) -> None:

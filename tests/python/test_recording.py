@@ -436,13 +436,6 @@ def _torsio(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_monitor_shows_state_torques_and_losses() -> None:
-    done = _torsio("monitor", "--device", "emulated", "--seconds", "0.5")
-    assert done.returncode == 0, done.stderr
-    for word in ("disarmed", "0.00 deg", "torque wanted", "0.0 mN·m", "0 lost"):
-        assert word in done.stdout
-
-
 def test_monitor_says_that_a_wall_is_rendered_as_it_was_asked(knob: torsio.Knob) -> None:
     knob.update(law="calibrated")
     shown = io.StringIO()

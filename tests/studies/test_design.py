@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import math
-import os
-import resource
 import signal
 import subprocess
 import sys
 import time
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -20,7 +16,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
 from torsio.cli import app
@@ -30,7 +25,6 @@ from torsio_studies.common import StudyError
 from torsio_studies.design import devices, figure, study
 from torsio_studies.design.devices import SPACE, Batch, Design
 from torsio_studies.design.store import Store
-from torsio_studies.execution import execute
 from torsio_studies.paper import runs as paper_runs
 
 DEVICES = 8
@@ -103,34 +97,11 @@ def test_sample_fills_every_parameter_evenly() -> None:
         assert counts.max() <= 72, name
 
 
-@given(st.integers(8, 300), st.integers(2, 8), st.integers(1, 40))
-def test_batches_hold_every_device_once(count: int, side: int, size: int) -> None:
-    work = list(devices.batches(count, side, "paper", size))
-    assert len(set(work)) == len(work)
-    groups = Counter(batch.group for batch in work for _ in batch.designs)
-    assert groups == {"sample": count, f"map_rate_{side}": side**2, f"map_beta_{side}": side**2}
-
-
 @given(st.integers(8, 200), st.integers(0, 200))
 def test_larger_sample_begins_with_the_batches_of_a_smaller_one(count: int, more: int) -> None:
     few = list(devices.batches(count, 2, "paper", 16))
     many = set(devices.batches(count + more, 2, "paper", 16))
     assert {batch for batch in few if len(batch.designs) == 16} <= many
-
-
-@given(
-    st.lists(
-        st.tuples(st.integers(0, 9), st.one_of(st.integers(0, 9), st.just(math.nan))), max_size=30
-    )
-)
-def test_rank_correlation_agrees_with_scipy(pairs: list[tuple[float, float]]) -> None:
-    a, b = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
-    known = np.isfinite(b)
-    found = figure.rank_correlation(a, b)
-    if known.sum() < 2 or np.ptp(a[known]) == 0 or np.ptp(b[known]) == 0:
-        assert found == 0.0
-    else:
-        assert found == pytest.approx(float(spearmanr(a[known], b[known]).statistic), abs=1e-9)
 
 
 def test_evaluation_of_the_default_device_is_what_the_theory_says() -> None:
@@ -239,29 +210,6 @@ def test_results_of_other_settings_are_refused_and_left_alone(tmp_path: Path) ->
     assert store.path(BATCHES[0]).read_bytes() == before
 
 
-def test_full_disk_is_a_clear_error_and_earlier_batches_stay(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    store = Store(tmp_path, KEY)
-    store.write(BATCHES[0], [ROW])
-
-    def full(_: int) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(StudyError, match=r"the disk is full.*are kept: run again to go on"):
-        store.write(BATCHES[1], [ROW])
-    monkeypatch.undo()
-    assert store.intact(BATCHES) == {BATCHES[0]}
-    assert sorted(path.name for path in tmp_path.iterdir()) == [store.path(BATCHES[0]).name]
-
-
-def test_folder_that_cannot_be_made_is_a_clear_error(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("x")
-    with pytest.raises(StudyError, match="cannot make"):
-        Store(tmp_path / "file" / "r", KEY)
-
-
 # --- the whole study -----------------------------------------------------------------------------
 
 
@@ -346,35 +294,6 @@ def test_stiffness_that_something_is_divided_by_is_refused(
 ) -> None:
     with pytest.raises(InvalidArgument, match=name):
         call()
-
-
-def test_files_that_may_not_grow_end_the_study_with_one_sentence_and_keep_what_is_there(
-    tmp_path: Path,
-) -> None:
-    folder = tmp_path / "design"
-    settings = {"evaluation": devices.EVALUATION, "law": "paper", "batch_size": 4}
-    first = next(iter(devices.batches(DEVICES, 3, "paper", 4)))
-    row = asdict(Design()) | dict.fromkeys(devices.columns()[7:], 1.0)
-    Store(folder, settings).write(first, [row] * 4)
-    kept = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    # The kernel itself refuses to write on, in the middle of a file.
-    outcome = subprocess.run(
-        _study(tmp_path),
-        capture_output=True,
-        text=True,
-        check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)),
-    )
-    assert outcome.returncode == 1
-    assert "torsio: error: cannot write" in outcome.stderr
-    assert "are kept: run again to go on" in outcome.stderr
-    assert "Traceback" not in outcome.stderr
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == kept
-
-
-def test_too_small_a_sample_is_refused() -> None:
-    with pytest.raises(StudyError, match="at least 8 devices"):
-        execute("design", settings={"devices": 3})
 
 
 def test_command_takes_the_laws_whose_springs_can_swing() -> None:
