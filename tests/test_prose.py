@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from tools import prose
@@ -59,3 +61,12 @@ def test_page_that_is_too_long_is_named(
 
 def test_documents_are_not_longer_and_not_harder_to_read_than_they_may_be() -> None:
     assert prose.complaints(prose.pages()) == []
+    assert prose.riddles() == []
+
+
+def test_sentence_that_is_read_twice_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(prose, "TREE", tmp_path)
+    (tmp_path / "a.md").write_text("What is it? It is red.\n\nWho asks gets that of the next.\n")
+    assert prose.riddles() == ["a.md: 'Who' in: Who asks gets that of the next."]

@@ -40,6 +40,14 @@ _ITEM = re.compile(r"^ *(?:[-*]|\d+\.) ", re.M)
 _END = re.compile(r"(?<=[.!?])[)\"*]*\s+(?=[^a-z\s])|(?<=:)\n+\s*\n|\n\s*\n")
 
 
+# Words that make a reader go back: a clause as subject, and pronouns for a noun far away.
+_RIDDLE = re.compile(
+    r"^(?:Who|What)\b(?!.*\?)|\b(?:that|those) of\b|\bof (?:which|whose)\b|\bas the next\b"
+    r"|\bbeside others\b|\bthe former\b|\bwhoever\b",
+    re.I,
+)
+
+
 class Measure(NamedTuple):
     """A page's words, words a sentence in the mean, and share of long sentences."""
 
@@ -67,13 +75,27 @@ def measure(markdown: str, printed: bool = False) -> Measure:
     return Measure(words, sum(lengths) / count, sum(n > LONG for n in lengths) / count)
 
 
+def riddles() -> list[str]:
+    """Tell which sentences of rewritten pages have to be read twice."""
+    found = []
+    for file in _files():
+        name = str(file.relative_to(TREE))
+        for sentence in sentences(file.read_text(encoding="utf-8")):
+            if name not in CEILINGS and (words := _RIDDLE.search(sentence)):
+                found.append(f"{name}: '{words[0]}' in: {sentence[:80]}")
+    return found
+
+
+def _files() -> list[Path]:
+    return [*sorted(TREE.glob("[!N]*.md")), *sorted(TREE.glob("docs/**/*.md"))]
+
+
 def pages() -> dict[str, Measure]:
     """Measure all documents, by their path from the top of the tree."""
-    files = (*sorted(TREE.glob("[!N]*.md")), *sorted(TREE.glob("docs/**/*.md")))
-    names = [str(file.relative_to(TREE)) for file in files]
+    names = {str(file.relative_to(TREE)): file for file in _files()}
     return {
         name: measure(file.read_text(encoding="utf-8"), name == PRINTED_PAGE)
-        for name, file in zip(names, files, strict=True)
+        for name, file in names.items()
     }
 
 
@@ -104,7 +126,7 @@ def main() -> int:
     for page, (words, mean, share) in measured.items():
         print(f"{page:32} {words:6} words {mean:5.1f} a sentence {share:6.1%} long")
     print(f"{'all':32} {sum(page.words for page in measured.values()):6} words")
-    found = complaints(measured)
+    found = complaints(measured) + riddles()
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 
