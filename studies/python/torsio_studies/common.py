@@ -1,4 +1,4 @@
-"""What every study needs: progress, results that are written whole or not at all, figures."""
+"""Shared by all studies: progress, results that are written whole or not at all, figures."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class StudyError(Error):
 
 @dataclass
 class Study:
-    """What a study's `run` is given.
+    """Inputs of a study's `run`.
 
     Attributes
     ----------

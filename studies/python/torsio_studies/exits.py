@@ -14,7 +14,7 @@ Outcome = Literal["leaves", "held by friction", "stays"]
 
 @dataclass(frozen=True)
 class Exit:
-    """What came after the knob was let go.
+    """Result after the knob was let go.
 
     Attributes
     ----------

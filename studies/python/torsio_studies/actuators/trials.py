@@ -237,7 +237,7 @@ def press_hard(actuator: str, **options: Any) -> Record:
 
 
 def measure_wall(log: Record | dict[str, Array], stiffness_nm_per_rad: float) -> WallMeasures:
-    """Turn a visit into numbers: felt torque against that of the wall at the true angle."""
+    """Turn a visit into numbers: felt torque against the wall's at the true angle."""
     ideal, felt, time = log["ideal_torque_nm"], log["rendered_torque_nm"], log["time_s"]
     inside = ideal < 0
     way_in, way_out = inside & (time <= wall.PUSH_S), inside & (time > wall.PUSH_S + wall.HOLD_S)

@@ -1,4 +1,4 @@
-"""What is computed of a hidden knob: by itself, and through the electrics of a board."""
+"""Results of a hidden knob: by itself, and through the electrics of a board."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ _FINE = PlantParams()
 
 @dataclass(frozen=True)
 class Sabotage:
-    """What is wrong, and which reason of a refusal names it.
+    """A fault, and the reason of the refusal that names it.
 
     `plant` is what was built; `do` does something to the open knob, `reversed` configures the
     encoder the wrong way round, and `during` does something when a step begins.
@@ -142,7 +142,7 @@ def _pinching(knob: torsio.Knob) -> torsio.Hand:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a sabotage.
+    """Result of a sabotage.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What each choice of a designer is worth, from thousands of simulated devices.
+"""The worth of each choice of a designer, from thousands of simulated devices.
 
 Two maps on regular grids, and a sample that fills the space of all seven parameters evenly. Every
 device is simulated on its own, so that the work can be spread and interrupted as one likes:
@@ -41,7 +41,7 @@ EVALUATION: Final = 2
 
 @dataclass(frozen=True)
 class Design:
-    """What a designer chooses. Everything else is the default device."""
+    """Choices of a designer. Everything else is the default device."""
 
     _: KW_ONLY
     beta: float = ControlConfig().beta
@@ -89,7 +89,7 @@ SPACE: Final = {
 
 @dataclass(frozen=True)
 class Measures:
-    """What a device can do.
+    """Abilities of a device.
 
     Attributes
     ----------

@@ -31,15 +31,15 @@ class Batch(Protocol):
 
     @property
     def group(self) -> str:
-        """Which table it belongs to."""
+        """Its table."""
 
     @property
     def index(self) -> int:
-        """Which part of it."""
+        """Its part of the table."""
 
     @property
     def designs(self) -> tuple[Any, ...]:
-        """What is computed: a row each."""
+        """Computed rows."""
 
 
 _OneOf = TypeVar("_OneOf", bound=Batch)

@@ -90,7 +90,7 @@ CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
 EXPERIMENT: Final = Excitation(
     duration_s=1.0, travel_rad=1.0, speed_limit_rad_s=10.0, torque_limit_nm=1e-2
 )
-# What has no good value by default would be refused for that.
+# A field without a good default would be refused for that.
 MUST_BE_GIVEN: Final = {
     "excitation": {"duration_s": 1.0, "travel_rad": 1.0, "speed_limit_rad_s": 10.0}
 }
@@ -195,7 +195,7 @@ def _spoiled_values(layout: list[dict[str, Any]], bad: float) -> Iterator[dict[s
 def spoiled_reports() -> Iterator[tuple[str, bytes]]:
     """Give direction and bytes of every report to the device, each float not finite in turn."""
     for report in protocol.reports():
-        # What is only read has no sequence number.
+        # A report that is only read has no sequence number.
         to_device = report["fields"][0]["name"] in ("sequence", "target")
         if report["direction"] != "input" and to_device:
             for bad in NOT_FINITE:

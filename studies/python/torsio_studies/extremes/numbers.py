@@ -21,7 +21,7 @@ COUNTS = PlantParams().counts_per_rev
 COUNT_RAD = runs.COUNT_RAD
 STIFFNESS = runs.SHAFT_NM_PER_RAD
 HELD_NM = 37.5e-3
-"""What the brake holds in these cases: half of the peak of scenario 2."""
+"""The brake's torque in these cases: half of the peak of scenario 2."""
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ def clock_errors(first_tick: int) -> tuple[float, float]:
     )
     ticks = np.arange(1000)
     rows = replay(options, np.zeros(len(ticks), dtype=np.uint32))
-    # What the frequency is in the device: a whole number of 2^-32 periods a tick.
+    # The device's frequency: a whole number of 2^-32 periods a tick.
     period = np.float32(np.float32(1e6) * np.float32(1e-9))
     per_tick = round(float(np.float32(np.float32(frequency) * period)) * 2**32)
     phase = np.array([(first_tick + int(n)) * per_tick % 2**32 for n in ticks]) / 2**32

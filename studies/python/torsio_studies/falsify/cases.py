@@ -1,4 +1,4 @@
-"""What the search may choose: plant, beliefs, scene, hand, rate and encoder.
+"""Choices of the search: plant, beliefs, scene, hand, rate and encoder.
 
 A case fixes what is one of several. The optimiser moves the rest, each between 0 and 1.
 """
@@ -40,7 +40,7 @@ _HOLDABLE: Final = 0.85  # of what motor and scene can hold, so that no weight f
 _AT_RAD: Final = 0.05
 _SETTLED_S: Final = 0.3  # by when a hand has done what it does
 
-# What a hidden knob has and what its device believes, over the reference actuator and the truth.
+# A hidden knob's values over the reference actuator, and its device's beliefs over the truth.
 _TRUE: Final = (
     *("knob_inertia_kg_m2", "knob_viscous_nm_s_per_rad", "knob_coulomb_nm", "brake_inertia_kg_m2"),
     *("brake_drag_nm", "shaft_stiffness_nm_per_rad", "shaft_damping_nm_s_per_rad"),

@@ -34,7 +34,7 @@ _POPULATION: Final = 16
 
 @dataclass(frozen=True)
 class Motion:
-    """What a knob does in the window.
+    """Motion of a knob in the window.
 
     Attributes
     ----------

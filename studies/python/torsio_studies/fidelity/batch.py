@@ -143,7 +143,7 @@ def closed_loop_rows(hand: Hand, duration_s: float, *, knobs: int) -> list[dict[
 
 
 class _Played:
-    """What is played: the motor's commands for a wall that the motor alone renders."""
+    """Inputs: the motor's commands for a wall that the motor alone renders."""
 
     def __init__(self, hand: ImpedanceHand, duration_s: float) -> None:
         self.options = replace(at_the_wall(hand), control=ControlConfig(law="motor_only"))

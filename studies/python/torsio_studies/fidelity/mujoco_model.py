@@ -37,7 +37,7 @@ _SMALL = 1e-9  # MuJoCo wants bodies with mass; all inertia that matters is the 
 
 @dataclass(frozen=True)
 class Settings:
-    """What one can choose in MuJoCo for this model.
+    """Settings of MuJoCo for this model.
 
     Attributes
     ----------

@@ -44,7 +44,7 @@ ROUNDS: Final = 5
 
 @dataclass(frozen=True)
 class Scenario:
-    """What happens, and the truth about it."""
+    """A scenario and its truth."""
 
     number: int
     about: str

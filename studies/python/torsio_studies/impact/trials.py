@@ -24,7 +24,7 @@ SURFACE_RAD: Final = 0.05
 PRESS_RAD: Final = 0.03
 AFTER_S: Final = 0.06
 CUE: Final = Impact(angle_rad=SURFACE_RAD, strength_nm_s_per_rad=0.02)
-"""What is tried unless another is said: 300 Hz and 5 ms."""
+"""Default of a trial: 300 Hz and 5 ms."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Tap:
 
     @property
     def cue_rad_s2(self) -> Array:
-        """What the impact has added."""
+        """The impact's part of the motion."""
         return self.acceleration_rad_s2 - self.plain_rad_s2
 
 
@@ -169,7 +169,7 @@ def fit_sine(tap_: Tap) -> Found:
 def spectrum(signal: Array) -> tuple[Array, Array]:
     """Give frequencies in Hz, and the magnitude of what a signal has there per Hz."""
     padded = 1 << 16
-    # What is not over at the end fades, or its end would be seen at all frequencies.
+    # A signal that is not over at the end fades, or its end would be seen at all frequencies.
     fade = np.minimum(1.0, 2.0 * np.arange(len(signal), 0.0, -1.0) / len(signal))
     values = np.abs(np.fft.rfft(signal * np.sin(0.5 * np.pi * fade) ** 2, padded)) / RATE_HZ
     return np.fft.rfftfreq(padded, 1.0 / RATE_HZ).astype(np.float64), values

@@ -28,7 +28,7 @@ TURN_RAD_S = 1.0
 PLACES = 16  # within a count
 EXITS_RAD_S = (0.1, 0.25, 0.6, 1.0)
 DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
-# What a device that calibrates itself takes these for before, of what they are.
+# A device's beliefs before its calibration, over the truth.
 BELIEVED = 1.3
 BELIEVED_WRONG = (
     *("knob_inertia_kg_m2", "knob_coulomb_nm", "knob_viscous_nm_s_per_rad", "brake_drag_nm"),

@@ -64,7 +64,7 @@ def bounce_options(
 
 @dataclass(frozen=True)
 class Bounces:
-    """What happened in the second after the release."""
+    """Result of the second after the release."""
 
     crossings: int
     oscillation_rad: float
@@ -273,7 +273,7 @@ def cut_options(
 
 @dataclass(frozen=True)
 class Cut:
-    """What became of the knob. Depths are positive inside the wall."""
+    """The knob's end. Depths are positive inside the wall."""
 
     depth_at_cut_rad: float
     final_depth_rad: float

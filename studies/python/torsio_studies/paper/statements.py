@@ -1,4 +1,4 @@
-"""What the paper says, beside what came out; every verdict is drawn from the numbers."""
+"""The paper's statements beside our results; the numbers decide every verdict."""
 
 from __future__ import annotations
 
