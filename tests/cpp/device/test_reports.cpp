@@ -141,30 +141,6 @@ TEST_CASE("effects that were not written again go on, those that were begin anew
   CHECK(rig.outputs.motor_command_nm < 0.2F * middle);  // began anew
 }
 
-TEST_CASE("a curve is uploaded in pieces and played") {
-  Rig rig;
-  ControlConfig config;
-  config.law = Law::motor_only;
-  config.passive_ramp_s = 0.0F;
-  REQUIRE(rig.set(config).ok());
-  for (std::uint16_t first = 0; first < 26; first = static_cast<std::uint16_t>(first + 13)) {
-    CurvePoints points{1, 0, first, 13, {}};
-    for (unsigned i = 0; i < 13; ++i) points.torque_nm[i] = 0.001F * static_cast<float>(first + i);
-    REQUIRE(rig.send_status(points) == Status::ok);
-  }
-  Curve curve;
-  curve.points = 26;
-  REQUIRE(rig.send_status(curve) == Status::ok);  // over one turn
-  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
-  REQUIRE(rig.command(Op::arm) == Status::ok);
-  for (int i = 0; i < 4; ++i) {
-    rig.inputs.encoder_count += 1024;
-    rig.tick();
-  }
-  rig.tick();
-  CHECK(rig.outputs.motor_command_nm == Approx(0.0125).scale(0).epsilon(1e-4));  // half a turn
-}
-
 TEST_CASE("zero and relax act only while disarmed") {
   Rig rig;
   rig.tick();
@@ -205,45 +181,6 @@ TEST_CASE("configuration is set while disarmed, read back and refused when it ma
   REQUIRE(rig.command(Op::arm) == Status::ok);
   CHECK(rig.set(ControlConfig{}).status == Status::not_disarmed);
   CHECK(rig.get<ActuatorConfig>().brake_torque_min_nm == 3.3e-3F);
-}
-
-TEST_CASE("wiring is read back as it was set, and refused when a pin has two jobs") {
-  torsio::device::BoardInfo board;
-  board.wiring_rule = torsio::boards::kReference.wiring_rule;
-  Rig rig(board);
-  BoardConfig wiring;
-  wiring.sequence = 9;
-  wiring.motor_pin = 14;
-  wiring.supply_v = 24;
-  REQUIRE(rig.set(wiring).ok());
-  CHECK(rig.get<BoardConfig>().motor_pin == 14);
-  CHECK(rig.device->board_config().supply_v == 24);
-  CHECK(rig.acknowledgements.back().sequence == 9);
-
-  const auto refused = [&](auto change) {
-    BoardConfig bad = wiring;
-    change(bad);
-    const Verdict verdict = rig.set(bad);
-    CHECK(verdict.status == Status::inconsistent);
-    CHECK(rig.get<BoardConfig>().motor_pin == 14);
-    return field_name<BoardConfig>(verdict.field);
-  };
-  CHECK(refused([](BoardConfig& c) { c.motor_pin = 7; }) == "motor_pin");
-  CHECK(refused([](BoardConfig& c) { c.brake_pin = 9; }) == "brake_pin");
-  // 14 and 30 would share a PWM unit, and so do 4 and 20.
-  CHECK(refused([](BoardConfig& c) { c.motor_pin = 4, c.brake_pin = 20; }) == "brake_pin");
-  CHECK(refused([](BoardConfig& c) { c.enable_pin = 3; }) == "enable_pin");  // encoder B
-  CHECK(refused([](BoardConfig& c) { c.light_pin = 24; }) == "light_pin");
-  // Of the pins only three can measure, and none is there for "no divider", which is 0.
-  CHECK(refused([](BoardConfig& c) { c.supply_sense_pin = 25, c.light_pin = 22; }) ==
-        "supply_sense_pin");
-  CHECK(refused([](BoardConfig& c) { c.supply_sense_pin = 26; }) == "supply_sense_pin");
-  CHECK(refused([](BoardConfig& c) { c.supply_sense_pin = c.light_pin = 27; }) == "light_pin");
-  BoardConfig watching = wiring;
-  watching.supply_sense_pin = 27;
-  watching.light_pin = 0;
-  CHECK(rig.set(watching).ok());
-  CHECK(refused([](BoardConfig& c) { c.encoder_pin = 22; }) == "encoder_pin");
 }
 
 TEST_CASE("a shaft's curve is read back as it was set, and refused unless its torque grows") {
@@ -345,33 +282,6 @@ TEST_CASE("a setting behind an arm command in the same frame is refused, not hal
   rig.tick(4);
   CHECK(rig.status(rig.acknowledgements.back()) == Status::not_disarmed);
   CHECK(rig.get<ControlConfig>().beta == 0.5F);
-}
-
-TEST_CASE("telemetry samples come at equal distances and hold what was measured") {
-  Rig rig;
-  REQUIRE(rig.send_status(Stream{1, 0, 3}) == Status::ok);
-  rig.telemetry.clear();
-  for (int i = 0; i < 300; ++i) {
-    rig.inputs.encoder_count += 5;
-    rig.tick();
-  }
-  std::uint64_t next = 0;
-  int samples = 0;
-  for (const Telemetry& report : rig.telemetry) {
-    CHECK(report.decimation == 3);
-    if (next != 0) CHECK(report.tick == next);
-    const int count = samples_of(report.axis_samples);
-    next = report.tick + 3U * static_cast<std::uint64_t>(count);
-    for (int i = 1; i < count; ++i) {
-      CHECK(report.sample[static_cast<std::size_t>(i)].offset_counts == 15 * i);
-    }
-    samples += count;
-  }
-  CHECK(samples >= 96);
-  // 5 counts a tick: 3.83 rad/s, in steps of 0.01 rad/s.
-  const float step = rig.get<Identity>().speed_step_rad_s;
-  CHECK(rig.telemetry.back().sample[0].speed * step ==
-        Approx(5 * 2.0 * M_PI / 8192 * 1000).scale(0).epsilon(5e-3));
 }
 
 TEST_CASE("telemetry tells desired, motor, brake and spring torque with their signs") {

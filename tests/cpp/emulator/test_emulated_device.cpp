@@ -205,54 +205,6 @@ TEST_CASE("pulling the plug disarms the device and empties the cable") {
   CHECK(feature<protocol::Health>(device).state == protocol::State::disarmed);
 }
 
-TEST_CASE("a saved configuration survives a power cycle, an unsaved one does not") {
-  EmulatedDevice device;
-  REQUIRE(device.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.25F})).ok());
-  device.advance(5 * kMs);
-  command(device, protocol::Op::save);
-  device.advance(5 * kMs);
-  REQUIRE(device.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.75F})).ok());
-  device.advance(5 * kMs);
-  device.set_powered(false);
-  CHECK_FALSE(device.connected());
-  device.advance(5 * kMs);
-  device.set_powered(true);
-  CHECK(feature<protocol::ControlConfig>(device).beta == 0.25F);
-
-  const EmulatedDevice next({.stored = device.stored()});
-  CHECK(feature<protocol::ControlConfig>(next).beta == 0.25F);
-}
-
-TEST_CASE("power that fails at any byte of a save leaves the old or the new configuration") {
-  EmulatedDevice first;
-  REQUIRE(first.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.25F})).ok());
-  first.advance(5 * kMs);
-  command(first, protocol::Op::save);
-  first.advance(5 * kMs);
-
-  bool saw_old = false;
-  bool saw_new = false;
-  for (std::size_t bytes = 0; bytes <= device::kSlotSize; ++bytes) {
-    EmulatedDevice device({.stored = first.stored()});
-    REQUIRE(device.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.75F})).ok());
-    device.advance(5 * kMs);
-    device.cut_power_in_next_save(bytes);
-    command(device, protocol::Op::save, 9);
-    device.advance(5 * kMs);
-    CHECK_FALSE(device.connected());
-    for (const auto& answer : only<protocol::Acknowledgement>(read_all(device))) {
-      CHECK(answer.sequence != 9);  // what is not safe must not be acknowledged
-    }
-    device.set_powered(true);
-    const float beta = feature<protocol::ControlConfig>(device).beta;
-    CHECK((beta == 0.25F || beta == 0.75F));
-    saw_old = saw_old || beta == 0.25F;
-    saw_new = saw_new || beta == 0.75F;
-  }
-  CHECK(saw_old);
-  CHECK(saw_new);
-}
-
 TEST_CASE("an overriding configuration is there from the first moment") {
   const EmulatedDevice device({.actuator = protocol::ActuatorConfig{.counts_per_rev = 4096},
                                .control = protocol::ControlConfig{.beta = 0.125F}});

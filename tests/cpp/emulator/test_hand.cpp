@@ -56,16 +56,6 @@ TEST_CASE("what turns too fast ends with a sentence, not with nonsense and not f
                        std::runtime_error);
 }
 
-TEST_CASE("prescribed motion moves the knob along its path") {
-  const Profile path({{0, 0.25}, {100'000'000, 0.25}, {300'000'000, 1.25}, {400'000'000, 1.25}});
-  Plant plant({}, PrescribedMotion{path});
-  plant.set_command({0.0, 0.05});
-  for (int ms = 0; ms <= 500; ++ms) {
-    CHECK(plant.state().knob_angle_rad() == doctest::Approx(path.value(plant.state().time_ns)));
-    plant.advance(1'000'000);
-  }
-}
-
 TEST_CASE("prescribed motion at constant speed takes the hand's torque against all friction") {
   PlantParams params;
   Plant plant(params, PrescribedMotion{Profile({{0, 0.0}, {9'000'000'000, 18.0}})});
@@ -76,29 +66,6 @@ TEST_CASE("prescribed motion at constant speed takes the hand's torque against a
       2.0 * (params.knob_viscous_nm_s_per_rad + params.brake_viscous_nm_s_per_rad);
   CHECK(plant.truth().hand_torque_nm == doctest::Approx(friction_nm).scale(0).epsilon(1e-6));
   CHECK(plant.truth().brake_torque_nm == doctest::Approx(-0.032).scale(0).epsilon(1e-6));
-}
-
-TEST_CASE("impedance hand turns the knob to where friction balances its spring") {
-  PlantParams params;
-  const ImpedanceHand hand{1e-4, 0.5, 0.005, Profile({{0, 0.0}, {500'000'000, 0.3}})};
-  Plant plant(params, hand);
-  plant.advance(3'000'000'000);
-  CHECK(plant.state().knob_speed_rad_s() == 0.0);
-  const double torque_nm = plant.truth().hand_torque_nm;
-  CHECK(torque_nm ==
-        doctest::Approx(0.5 * (0.3 - plant.state().knob_angle_rad())).scale(0).epsilon(1e-9));
-  CHECK(torque_nm > 0.0);
-  CHECK(torque_nm <= params.knob_coulomb_nm + params.brake_drag_nm);
-}
-
-TEST_CASE("torque hand below break-away does not move the knob, and a jump lets it go at once") {
-  Plant plant({}, TorqueHand{Profile({{0, 5.9e-3}, {50'000'000, 5.9e-3}, {50'000'000, 50e-3}})});
-  plant.advance(49'999'999);
-  CHECK(plant.state().knob_angle_rad() == 0.0);
-  CHECK(plant.truth().knob_sticks);
-  plant.advance(1);
-  plant.advance(1'000'000);
-  CHECK(plant.state().knob_speed_rad_s() > 0.0);
 }
 
 TEST_CASE("hands change without a jump of the motion") {

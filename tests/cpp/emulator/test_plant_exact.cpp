@@ -92,56 +92,6 @@ TEST_CASE("exact stepper gives the same at any step, for every part") {
   }
 }
 
-TEST_CASE("exact stepper finds the time at which a ramp breaks the knob away") {
-  // The brake holds its pulley; the knob's friction lets go when the ramp passes it.
-  PlantParams params;
-  const double rate_nm_per_s = 0.37;
-  Plant plant(params, TorqueHand{Profile({{0, 0.0}, {1'000'000'000, rate_nm_per_s}})});
-  plant.set_command({0.0, 0.1});
-  const double breakaway_s = params.knob_coulomb_nm / rate_nm_per_s;
-  plant.advance(static_cast<std::int64_t>(breakaway_s * 1e9) - 1);
-  CHECK(plant.state().knob_speed_rad_s() == 0.0);
-  // From then on JA w' = rate t, as long as twist and damping do not matter: 10 us later
-  // they make 3e-3 of it.
-  plant.advance(10'001);
-  const double t = 1e-9 * static_cast<double>(plant.state().time_ns) - breakaway_s;
-  CHECK(plant.state().knob_speed_rad_s() ==
-        doctest::Approx(rate_nm_per_s * t * t / 2.0 / params.knob_inertia_kg_m2)
-            .scale(0)
-            .epsilon(1e-4));
-}
-
-TEST_CASE("exact stepper sees a shaft reverse within one step") {
-  // Thrown against a constant torque: it stops and comes back, all within one millisecond.
-  PlantParams params;
-  params.spring_and_brake = false;
-  params.knob_viscous_nm_s_per_rad = 0.0;
-  params.brake_viscous_nm_s_per_rad = 0.0;
-  Plant plant(params, TorqueHand{Profile::constant(-0.05)});
-  PlantState start;
-  start.speed_rad_s[0] = 0.2;
-  plant.set_state(start);
-  plant.advance(1'000'000);
-  const double inertia = 1e-4;
-  const double friction = 8e-3;
-  const double down = (0.05 + friction) / inertia;
-  const double stop_s = 0.2 / down;
-  const double back = (0.05 - friction) / inertia;
-  const double left_s = 1e-3 - stop_s;
-  CHECK(plant.state().knob_speed_rad_s() ==
-        doctest::Approx(-back * left_s).scale(0).epsilon(1e-12));
-  CHECK(plant.state().knob_angle_rad() ==
-        doctest::Approx(0.2 * stop_s / 2.0 - back * left_s * left_s / 2.0).scale(0).epsilon(1e-10));
-}
-
-TEST_CASE("exact stepper stands a torque that equals the friction exactly") {
-  PlantParams params;
-  Plant plant(params, TorqueHand{Profile::constant(params.knob_coulomb_nm)});
-  plant.advance(1'000'000'000);
-  CHECK(plant.state().knob_angle_rad() == 0.0);
-  CHECK(plant.truth().knob_sticks);
-}
-
 TEST_CASE("exact stepper works without any friction, stiffness or lag") {
   PlantParams params;
   params.knob_coulomb_nm = params.brake_drag_nm = 0.0;
@@ -190,58 +140,8 @@ TEST_CASE("exact stepper keeps its step-independence at extremes of stiffness an
   check("fast motor", [](PlantParams& p) { p.motor_time_constant_s = 1e-8; });
 }
 
-TEST_CASE("motor weaker than friction never moves the knob") {
-  PlantParams params;
-  params.motor_limit_nm = 5e-3;
-  CHECK(largest(track(params, NoHand{}, 1'000'000).angle_rad) == 0.0);
-}
-
 TEST_CASE("exact stepper refuses a plant too fast for its step") {
   PlantParams params;
   params.motor_time_constant_s = 1e-18;
   CHECK_THROWS_WITH_AS(Plant{params}, doctest::Contains("step_ns"), std::invalid_argument);
-}
-
-TEST_CASE("brake hysteresis makes the capacity trail the command by the play") {
-  PlantParams params;
-  params.brake_hysteresis = BrakeHysteresis{4e-3};
-  params.brake_time_constant_s = 0.0;
-  Plant plant(params);
-  const auto settle = [&](double command_nm) {
-    plant.set_command({0.0, command_nm});
-    plant.advance(1'000);
-    return plant.state().brake_magnetic_nm;
-  };
-  CHECK(settle(0.003) == 0.0);
-  CHECK(settle(0.05) == doctest::Approx(0.046));
-  CHECK(settle(0.045) == doctest::Approx(0.046));
-  CHECK(settle(0.02) == doctest::Approx(0.024));
-  CHECK(settle(0.0) == doctest::Approx(0.004));
-}
-
-TEST_CASE("hardened shaft follows its two slopes") {
-  PlantParams params;
-  params.shaft_hardening = ShaftHardening{0.015, 2.0};
-  const PlantModel model = make_model(params, NoHand{});
-  const double knee_nm = 0.015 * params.shaft_stiffness_nm_per_rad;
-  CHECK(spring_torque_nm(model, 0.01) == doctest::Approx(0.01 * 2.873));
-  CHECK(spring_torque_nm(model, 0.02) == doctest::Approx(knee_nm + 0.005 * 2.0 * 2.873));
-  CHECK(spring_torque_nm(model, -0.02) == doctest::Approx(-knee_nm - 0.005 * 2.0 * 2.873));
-}
-
-TEST_CASE("cogging follows its table round the turn") {
-  PlantParams params;
-  params.cogging = Cogging{4, {0.0, 1e-3, 0.0, -2e-3}};
-  const PlantModel model = make_model(params, NoHand{});
-  const double piece = Angle::kTurnRad / 16.0;
-  const auto torque = [&](double pieces) {
-    return cogging_at(model, Angle::from_rad(pieces * piece)).torque_nm;
-  };
-  CHECK(torque(0.5) == doctest::Approx(0.5e-3));
-  CHECK(torque(1.25) == doctest::Approx(0.75e-3));
-  CHECK(torque(2.5) == doctest::Approx(-1e-3));
-  CHECK(torque(3.5) == doctest::Approx(-1e-3));
-  CHECK(torque(4.5) == doctest::Approx(0.5e-3));
-  CHECK(torque(16.0 * 3 + 0.5) == doctest::Approx(0.5e-3));
-  CHECK(torque(-0.5) == doctest::Approx(-1e-3));
 }

@@ -181,24 +181,6 @@ TEST_CASE("emulator options for a real knob are refused before it is opened") {
   CHECK(Knob::open(kPath).is_open());
 }
 
-TEST_CASE("a knob over hidapi arms, plays and records without a lost sample") {
-  FakeBus bus;
-  bus.plug_in({.path = kPath}, {.hand = emulator::TorqueHand{emulator::Profile::constant(0.03)}});
-  Knob knob = Knob::open(kPath);
-  CHECK(knob.info().transport == "hid");
-  CHECK_FALSE(knob.is_emulated());
-  CHECK(contains(message_of<Error>([&] { (void)knob.emulator(); }), "real hardware"));
-  knob.arm();
-  CHECK(knob.state() == State::armed);
-  knob.play(Wall{.angle_rad = 0.02, .stiffness_nm_per_rad = 1.0});
-  const std::vector<TelemetrySample> log = knob.record(0.2);
-  CHECK(log.size() == 200);
-  CHECK(knob.statistics().samples_lost == 0);
-  CHECK(log.back().desired_torque_nm < 0.0F);
-  knob.disarm();
-  CHECK(knob.state() == State::disarmed);
-}
-
 TEST_CASE("a knob over a backend that allows one handle works with that one") {
   FakeBus bus;
   bus.plug_in({.path = kPath, .handles_allowed = 1});
@@ -230,20 +212,6 @@ TEST_CASE("closing disarms the device and gives every handle back") {
   CHECK(Knob::open(kPath).state() == State::disarmed);
 }
 
-TEST_CASE("configuration is refused while armed, with the reason") {
-  FakeBus bus;
-  bus.plug_in({.path = kPath});
-  Knob knob = Knob::open(kPath);
-  knob.arm();
-  try {
-    knob.configure(ControlConfig{});
-    FAIL("no error");
-  } catch (const Refused& refused) {
-    CHECK(refused.status() == "not_disarmed");
-    CHECK(refused.report() == "control_config");
-  }
-}
-
 TEST_CASE("an unplug wakes a waiting call at once, and every later call says so") {
   for (const bool armed : {false, true}) {
     CAPTURE(armed);
@@ -271,21 +239,6 @@ TEST_CASE("an unplug wakes a waiting call at once, and every later call says so"
     knob.close();
     CHECK_THROWS_AS((void)knob.state(), Closed);
   }
-}
-
-TEST_CASE("a fault of the device shows as its state and by name") {
-  FakeBus bus;
-  bus.plug_in({.path = kPath});
-  Knob knob = Knob::open(kPath);
-  knob.arm();
-  bus.set_emergency_stop(kPath, true);
-  CHECK(knob.wait_for(State::fault, 2.0));
-  CHECK(knob.faults() == std::vector<std::string>{"emergency_stop"});
-  CHECK_THROWS_AS(knob.clear_fault(), Refused);
-  bus.set_emergency_stop(kPath, false);
-  knob.sleep(0.02);
-  knob.clear_fault();
-  CHECK(knob.state() == State::disarmed);
 }
 
 #ifndef _WIN32  // whose knobs are no files

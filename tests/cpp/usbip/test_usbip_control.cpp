@@ -10,42 +10,6 @@
 
 using namespace usbip_test;
 
-namespace {
-
-Bytes string_bytes(std::string_view text) {
-  Bytes bytes{static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
-  for (const char c : text) {
-    bytes.push_back(static_cast<std::uint8_t>(c));
-    bytes.push_back(0);
-  }
-  return bytes;
-}
-
-Bytes copy(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
-
-}  // namespace
-
-TEST_CASE("enumeration gives the descriptors of the firmware") {
-  Rig rig;
-  const Bytes device = rig.client.control_in(setup_packet(0x80, 6, 0x0100, 0, 18), 18).data;
-  REQUIRE(device.size() == 18);
-  CHECK(Bytes(device.begin(), device.begin() + 12) ==
-        Bytes{18, 1, 0, 2, 0, 0, 0, 64, 0x09, 0x12, 0x01, 0x00});
-  CHECK(device ==
-        copy(torsio::device::device_descriptor(rig.knob.device().board().firmware_version)));
-  CHECK(rig.client.control_in(setup_packet(0x80, 6, 0x0200, 0, 1024), 1024).data ==
-        copy(torsio::device::configuration_descriptor()));
-  const std::size_t interfaces = torsio::device::usb_interfaces().size();
-  for (std::uint16_t number = 0; number < interfaces; ++number) {
-    const auto size = static_cast<std::uint16_t>(
-        torsio::device::usb_interfaces()[number].report_descriptor.size());
-    CHECK(rig.client.control_in(setup_packet(0x81, 6, 0x2200, number, size), size).data ==
-          copy(torsio::device::usb_interfaces()[number].report_descriptor));
-    CHECK(rig.client.control_in(setup_packet(0x81, 6, 0x2100, number, 9), 9).data ==
-          copy(torsio::device::hid_descriptor(static_cast<std::uint8_t>(number))));
-  }
-}
-
 TEST_CASE("every interface says that it has no status, and no other is there to be asked") {
   Rig rig;
   const auto interfaces = static_cast<std::uint16_t>(torsio::device::usb_interfaces().size());
@@ -60,20 +24,6 @@ TEST_CASE("every interface says that it has no status, and no other is there to 
   CHECK(rig.client.control_out(setup_packet(0x01, 0, 0, 0, 0), {}).status == kStall);
 }
 
-TEST_CASE("strings are maker, product and the serial number that was chosen") {
-  Rig rig;
-  const auto string = [&](std::uint16_t index) {
-    return rig.client
-        .control_in(setup_packet(0x80, 6, static_cast<std::uint16_t>(0x0300 | index), 0x0409, 255),
-                    255)
-        .data;
-  };
-  CHECK(string(0) == Bytes{4, 3, 0x09, 0x04});
-  CHECK(string(1) == string_bytes("Torsio"));
-  CHECK(string(2) == string_bytes("haptic knob"));
-  CHECK(string(3) == string_bytes("RIG-1"));
-}
-
 TEST_CASE("control transfer returns no more than the client has room for") {
   Rig rig;
   for (const std::uint32_t room : {0U, 1U, 9U, 17U}) {
@@ -83,23 +33,6 @@ TEST_CASE("control transfer returns no more than the client has room for") {
   }
   CHECK(rig.client.control_in(setup_packet(0x80, 6, 0x0100, 0, 18), 4096).length == 18);
   CHECK(rig.client.control_in(setup_packet(0x80, 6, 0x0100, 0, 8), 64).length == 8);
-}
-
-TEST_CASE("configuration can be asked for, taken back and set again") {
-  Rig rig;
-  CHECK(rig.client.control_in(setup_packet(0x80, 8, 0, 0, 1), 1).data == Bytes{1});
-  CHECK(rig.knob.has_host());
-  CHECK(rig.client.control_out(setup_packet(0x00, 9, 0, 0, 0)).status == 0);
-  CHECK_FALSE(rig.knob.has_host());
-  CHECK(rig.client.get_feature(1).status == kStall);
-  rig.client.configure();
-  CHECK(rig.client.get_feature(1).status == 0);
-}
-
-TEST_CASE("a set address that a client should have kept is answered") {
-  Rig rig;
-  CHECK(rig.client.control_out(setup_packet(0x00, 5, 7, 0, 0)).status == 0);
-  CHECK(rig.client.get_feature(1).status == 0);
 }
 
 TEST_CASE("every standard request that has a meaning is answered") {
@@ -201,31 +134,6 @@ TEST_CASE("output reports are taken by the control endpoint as by their own") {
 }
 
 // Feature reports --------------------------------------------------------------------------------
-
-TEST_CASE("identity tells serial number and control period") {
-  Rig rig;
-  const Reply identity = rig.client.get_feature(0x01);
-  REQUIRE(identity.data.size() == 64);
-  CHECK(identity.data[0] == 1);
-  CHECK(std::ranges::search(identity.data, text("RIG-1")).begin() != identity.data.end());
-  const Bytes millisecond{0x40, 0x42, 0x0F, 0x00};  // 1,000,000 ns
-  CHECK(std::ranges::search(identity.data, millisecond).begin() != identity.data.end());
-}
-
-TEST_CASE("configuration can be written and is read back") {
-  Rig rig;
-  Bytes config = rig.client.get_feature(0x05).data;
-  REQUIRE(config.size() == 64);
-  const Bytes half{0, 0, 0, 0x3F};
-  const Bytes three_quarters{0, 0, 0x40, 0x3F};
-  REQUIRE(Bytes(config.begin() + 5, config.begin() + 9) == half);  // beta
-  std::ranges::copy(three_quarters, config.begin() + 5);
-  CHECK(rig.client.set_feature(config).status == 0);
-  rig.client.frame();
-  rig.client.frame();
-  const Bytes after = rig.client.get_feature(0x05).data;
-  CHECK(Bytes(after.begin() + 5, after.begin() + 9) == three_quarters);
-}
 
 // Refusals ---------------------------------------------------------------------------------------
 

@@ -48,41 +48,7 @@ struct DialRig {
   torsio::emulator::usbip::HandCommands hands{knob.device()};
 };
 
-Bytes copy(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
-
 }  // namespace
-
-TEST_CASE("a dial enumerates with its own descriptors, a game controller after it with its own") {
-  for (const bool is_dial : {true, false}) {
-    const Personality personality = is_dial ? Personality::dial : Personality::game_controller;
-    torsio::emulator::usbip::UsbKnob knob(is_dial ? dial()
-                                                  : torsio::emulator::EmulatedDeviceOptions{});
-    Client client(knob);
-    client.attach();
-    client.configure();
-    CHECK(client.control_in(setup_packet(0x80, 6, 0x0200, 0, 1024), 1024).data ==
-          copy(torsio::device::configuration_descriptor(personality)));
-    const auto descriptor = torsio::device::usb_interfaces(personality)[1].report_descriptor;
-    const auto size = static_cast<std::uint16_t>(descriptor.size());
-    CHECK(client.control_in(setup_packet(0x81, 6, 0x2200, 1, size), size).data == copy(descriptor));
-    CHECK(client.control_in(setup_packet(0x81, 6, 0x2100, 1, 9), 9).data ==
-          copy(torsio::device::hid_descriptor(1, personality)));
-    const auto name =
-        static_cast<std::uint16_t>(0x0300 | torsio::device::usb_interfaces(personality)[1].name);
-    CHECK(client.control_in(setup_packet(0x80, 6, name, 0x0409, 255), 255).data.size() ==
-          (is_dial ? 2 + 2 * 11 : 2 + 2 * 22));
-  }
-}
-
-TEST_CASE("a host that asks a dial for its fine resolution gets it") {
-  DialRig rig;
-  const double detent_rad = 2 * std::numbers::pi / 24;
-  REQUIRE(rig.client.control_out(setup_packet(0x21, 9, 0x0303, 1, 2), {3, 5}).status == 0);
-  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0303, 1, 2), 2).data == Bytes{3, 5});
-  rig.listen();
-  CHECK(rig.turn_to(3 * detent_rad) == -360);
-  CHECK(rig.turn_to(detent_rad) == 240);
-}
 
 TEST_CASE("a dial keeps its fine resolution when a port is reset behind a suspended bus") {
   // Linux asks for it once, when it finds the device.

@@ -42,10 +42,6 @@ ProgramOptions options_from(std::initializer_list<std::string_view> arguments) {
 
 }  // namespace
 
-TEST_CASE("a hand's script without an end is told and not read to it") {
-  CHECK(complaint(std::string(std::size_t{17} << 20U, '\n')).ends_with("and no script has"));
-}
-
 TEST_CASE("pacer gives one frame a millisecond") {
   const Pacer::Time start{};
   Pacer pacer(start);
@@ -207,47 +203,4 @@ TEST_CASE("bad options are refused") {
   CHECK_THROWS_AS(options_from({"--colour", "red"}), BadOption);
   CHECK_THROWS_AS(options_from({"port"}), BadOption);
   CHECK_THROWS_WITH_AS(options_from({"--status=1"}), "--status takes no value", BadOption);
-}
-
-TEST_CASE("only addresses of this machine are loopback") {
-  CHECK(is_loopback("127.0.0.1"));
-  CHECK(is_loopback("127.1.2.3"));
-  CHECK_FALSE(is_loopback("0.0.0.0"));
-  CHECK_FALSE(is_loopback("192.168.0.127"));
-}
-
-TEST_CASE("log has a line a tick and numbers that read back as themselves") {
-  const std::string path = "torsio_truth_" + std::to_string(getpid()) + ".csv";
-  EmulatedDevice device({.control_period_ns = 100'000,
-                         .hand = TorqueHand{Profile::constant(0.05)},
-                         .log_truth = true});
-  device.advance(5'000'000);
-  const std::vector<torsio::TruthSample> truth = device.take_truth();
-  {
-    TruthLog log(path);
-    log.add(truth);
-    log.flush();
-  }
-  std::ifstream file(path);
-  std::string line;
-  std::getline(file, line);
-  CHECK(line == "time_ns,angle_rad,motor_torque_nm,brake_torque_nm,hand_torque_nm");
-  std::size_t count = 0;
-  while (std::getline(file, line)) {
-    const torsio::TruthSample& sample = truth.at(count++);
-    std::int64_t time_ns = 0;
-    std::array<double, 4> values{};
-    REQUIRE(std::sscanf(line.c_str(), "%ld,%lf,%lf,%lf,%lf", &time_ns, &values[0], &values[1],
-                        &values[2], &values[3]) == 5);
-    CHECK(1e-9 * static_cast<double>(time_ns) == sample.time_s);
-    CHECK(values[0] == sample.angle_rad);
-    CHECK(values[3] == sample.hand_torque_nm);
-    CHECK(line.find("-0,") == std::string::npos);
-  }
-  CHECK(count == 50);
-  (void)std::remove(path.c_str());
-}
-
-TEST_CASE("log that cannot be written says so") {
-  CHECK_THROWS_AS(TruthLog("/nowhere/truth.csv"), std::system_error);
 }

@@ -29,29 +29,6 @@ std::uint32_t arm_and_wait(Rig& rig) {
 
 // Before the import ------------------------------------------------------------------------------
 
-TEST_CASE("device list shows one knob at the documented places") {
-  UsbKnob knob({});
-  Client client(knob);
-  client.send(kListRequest);
-  const Bytes list = client.take();
-  REQUIRE(list.size() == 12 + 312 + 4 * torsio::device::usb_interfaces().size());
-  CHECK(word(list, 0) == 0x01110005);
-  CHECK(word(list, 4) == 0);
-  CHECK(word(list, 8) == 1);
-  CHECK(std::string_view(reinterpret_cast<const char*>(&list[12])).starts_with("/sys/devices/"));
-  CHECK(Bytes(list.begin() + 0x10C, list.begin() + 0x12C) == padded(text("1-1"), 32));
-  CHECK(word(list, 0x12C) == 1);  // bus
-  CHECK(word(list, 0x130) == 2);  // device
-  CHECK(word(list, 0x134) == 2);  // full speed
-  CHECK(word(list, 0x138) ==
-        (torsio::protocol::usb_vendor_id << 16 | torsio::protocol::usb_product_id));
-  // Class 0; configuration 1 of 1; one interface at least, the first of them HID.
-  CHECK(Bytes(list.begin() + 0x13E, list.begin() + 0x143) == Bytes{0, 0, 0, 1, 1});
-  CHECK(list[0x143] == torsio::device::usb_interfaces().size());
-  CHECK(Bytes(list.begin() + 0x144, list.begin() + 0x148) == Bytes{3, 0, 0, 0});
-  CHECK(client.session().finished());
-}
-
 TEST_CASE("import of another bus id is refused") {
   UsbKnob knob({});
   Client client(knob);
@@ -126,33 +103,6 @@ TEST_CASE("too many transfers under way end the conversation") {
   CHECK_FALSE(rig.client.session().finished());
   rig.client.submit_in(1, 64);
   CHECK(rig.client.session().finished());
-}
-
-TEST_CASE("unlinked transfer is answered once, as unlinked") {
-  Rig rig;
-  const std::uint32_t first = rig.client.submit_in(1, 64);
-  const std::uint32_t second = rig.client.submit_in(1, 64);
-  const std::uint32_t unlink = rig.client.next_sequence();
-  rig.client.send(unlink_request(unlink, first));
-  const Reply answer = rig.client.wait();
-  CHECK(answer.command == 4);
-  CHECK(answer.sequence == unlink);
-  CHECK(answer.status == -104);
-  rig.client.submit_out(1, command(1, kDisarm));
-  (void)rig.client.wait();
-  CHECK(rig.client.wait().sequence == second);
-  for (int i = 0; i < 10; ++i) rig.client.frame();
-  CHECK_FALSE(rig.client.reply());
-}
-
-TEST_CASE("unlinking what is over is answered with success") {
-  Rig rig;
-  const std::uint32_t out = rig.client.submit_out(1, command(1, kDisarm));
-  (void)rig.client.wait();
-  rig.client.send(unlink_request(rig.client.next_sequence(), out));
-  const Reply answer = rig.client.wait();
-  CHECK(answer.command == 4);
-  CHECK(answer.status == 0);
 }
 
 TEST_CASE("a knob that a host has configured stays armed, and none is before there is a host") {
@@ -288,16 +238,4 @@ TEST_CASE("client that goes in a control transfer's data stage leaves a stack th
   next.attach();
   next.configure();
   CHECK(next.get_feature(1).status == 0);
-}
-
-TEST_CASE("plugging in two hundred times works like the first time") {
-  UsbKnob knob({});
-  for (int i = 0; i < 200; ++i) {
-    Client client(knob);
-    client.attach();
-    client.configure();
-    client.submit_in(1, 64);
-    client.submit_out(1, command(static_cast<std::uint8_t>(i), kDisarm));
-    CHECK(client.wait().status == 0);
-  }
 }

@@ -26,7 +26,7 @@ def push(level: int, number: int = -1, direction: int = gamepad.RIGHT) -> Effect
 @pytest.mark.kernel("6.12")
 @pytest.mark.odd_trigger
 def test_habits_of_games_are_felt_as_they_are_meant(bus: VirtualBus, tmp_path: Path) -> None:
-    """The sources of each are in tests/cpp/device/game/test_game_habits.cpp."""
+    """Each was seen in a game or driver: SDL, PCSX2, new-lg4ff, hid-tmff2, Linux itself."""
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)
     expected = [0.0]

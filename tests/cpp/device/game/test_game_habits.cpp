@@ -39,21 +39,6 @@ TEST_CASE(
   CHECK(share(rig) == Approx(100.0 / 32767).scale(1).epsilon(kStep));
 }
 
-TEST_CASE("habit: upload and play in each frame") {
-  // SDL_HapticRumblePlay changes its effect and runs it again; PCSX2 does so for wheels that time
-  // out (PCSX2/pcsx2, pull request 11906).
-  GameRig rig(100'000);
-  const int block = rig.create(kConstant);
-  for (int frame = 0; frame < 120; ++frame) {
-    rig.set_effect(block);
-    rig.constant(block, 20000);
-    rig.start(block);
-    for (const float nm : rig.torques(167)) {
-      if (frame > 0) CHECK(nm == about(0.08 * 20000 / 32767));
-    }
-  }
-}
-
 TEST_CASE("habit: a wave is uploaded and played in each frame") {
   // SDL_HapticRumblePlay's effect is a sine of a second; begun anew in each frame it is hardly
   // felt.
@@ -98,35 +83,6 @@ TEST_CASE("habit: a wave is uploaded and played in each frame") {
   }
 }
 
-TEST_CASE("habit: a force that changes by its direction only") {
-  // IDirectInputEffect::SetParameters with DIEP_DIRECTION.
-  GameRig rig;
-  const int block = rig.play_constant(20000);
-  EffectOptions options;
-  for (int n = 0; n < 40; ++n) {
-    options.direction = 32767 * n / 40;
-    rig.set_effect(block, options);
-    rig.tick(40);
-    const double angle = 2 * 3.14159265358979 * options.direction / 32767;
-    CHECK(share(rig) == Approx(-std::sin(angle) * 20000 / 32767).scale(1).epsilon(1e-4));
-  }
-}
-
-TEST_CASE("habit: a wave without amplitude that carries its force in the offset") {
-  // GTR2's steering (gotzl/hid-fanatecff, pull request 170).
-  GameRig rig;
-  const int block = rig.create(kSine);
-  rig.set_effect(block);
-  rig.periodic(block, 0, 0, 0, 100);
-  rig.start(block);
-  rig.tick(5);
-  for (const int offset : {12000, -12000, 32767, 0}) {
-    rig.periodic(block, 0, offset, 0, 100);
-    rig.tick(45);
-    CHECK(share(rig) == Approx(offset / 32767.0).scale(1).epsilon(kStep));
-  }
-}
-
 TEST_CASE("habit: a ramp with equal ends is a constant force, with an end or without") {
   // Allowed by DirectInput (DIRAMPFORCE) and evdev; no report that names a game was found.
   for (const int length_ms : {int{kWithoutEnd}, 500}) {
@@ -143,23 +99,6 @@ TEST_CASE("habit: a ramp with equal ends is a constant force, with an end or wit
     rig.tick(45);
     CHECK(share(rig) == Approx(9000 / 32767.0).scale(1).epsilon(kStep));
   }
-}
-
-TEST_CASE("habit: an envelope is taken away by one of zeros") {
-  // hid-pidff sends an envelope of zeros when an update has none, before 6.15; later none at all.
-  GameRig rig;
-  EffectOptions options;
-  options.duration_ms = 1000;
-  const int block = rig.create(kConstant);
-  rig.set_effect(block, options);
-  rig.constant(block, 20000);
-  rig.envelope(block, 0, 400, 0, 400);
-  rig.start(block);
-  rig.tick(201);
-  CHECK(share(rig) == Approx(0.5 * 20000 / 32767).scale(0).epsilon(0.02));
-  rig.envelope(block, 0, 0, 0, 0);
-  rig.tick(5);
-  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
 }
 
 TEST_CASE("habit: created once and played for an hour") {
@@ -179,18 +118,6 @@ TEST_CASE("habit: created once and played for an hour") {
   CHECK(share(rig) == Approx(12000 / 32767.0).scale(0).epsilon(1e-3));
   rig.tick(500);
   CHECK(share(rig) == Approx(4000 / 32767.0).scale(0).epsilon(1e-3));
-}
-
-TEST_CASE("habit: trigger buttons out of range, and none as all ones") {
-  // DIEB_NOTRIGGER is 0xFFFFFFFF, for a byte 0xFF; hid-pidff sends evdev's numbers of buttons.
-  for (const int trigger : {0, 3, 8, 128, 255}) {
-    GameRig rig;
-    EffectOptions options;
-    options.trigger = trigger;
-    rig.play_constant(20000, options);
-    rig.tick(5);
-    CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-  }
 }
 
 TEST_CASE("habit: reset twice, stop all, actuators on, whenever no effect is left") {
@@ -317,47 +244,6 @@ TEST_CASE("habit: device gain to 0 in a menu and back, effects are still there")
   rig.gain(32767);
   rig.tick(5);
   CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-}
-
-TEST_CASE("habit: forty blocks are filled, and freed in any order, again and again") {
-  // ffcfstress and games that make an effect for each sound of their engine; Linux erases all when
-  // a program closes the device.
-  GameRig rig;
-  for (int round = 0; round < 20; ++round) {
-    std::array<int, 40> blocks{};
-    for (int& block : blocks) block = rig.play_constant(700);
-    CHECK(rig.load(kConstant)[1] == 2);  // full
-    rig.tick(60);
-    CHECK(share(rig) == Approx(40 * 700 / 32767.0).scale(0).epsilon(1e-3));
-    for (std::size_t i = 0; i < 40; ++i) {
-      rig.free(blocks[(i * 17 + static_cast<std::size_t>(round)) % 40]);
-    }
-    rig.tick(60);
-    CHECK(share(rig) == 0.0);
-  }
-}
-
-TEST_CASE("habit: alt-tab: the device is closed and opened, and effects are made anew") {
-  // The kernel's evdev_release: a stop and a free for each effect; DirectInput's Unacquire: reset.
-  for (const bool by_reset : {false, true}) {
-    GameRig rig;
-    for (int round = 0; round < 10; ++round) {
-      const int block = rig.play_constant(20000);
-      const int spring = rig.play_condition(kSpring, {});
-      rig.tick(60);
-      CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-      if (by_reset) {
-        rig.control(4);
-      } else {
-        for (const int one : {block, spring}) {
-          rig.stop(one);
-          rig.free(one);
-        }
-      }
-      rig.tick(60);
-      CHECK(share(rig) == 0.0);
-    }
-  }
 }
 
 TEST_CASE("habit: a pause menu pauses the device, for minutes, and the game goes on") {
