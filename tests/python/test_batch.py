@@ -69,14 +69,6 @@ def test_every_knob_does_what_it_would_alone_to_the_bit(threads: int) -> None:
             assert bits(knobs.states[i]) == bits(alone(options, 40 + i, done)), (i, done)
 
 
-def test_steps_may_be_cut_anyhow() -> None:
-    many, few = (Knobs(5, loops(), seeds=[9, 8, 7, 6, 5]) for _ in range(2))
-    many.step(TICKS)
-    for ticks in (1, 99, 150, 50):
-        few.step(ticks)
-    assert bits(many.states) == bits(few.states)
-
-
 def test_seeds_make_the_noise_and_nothing_else() -> None:
     noisy = LoopOptions(plant=torsio.PlantParams(encoder_noise_counts=2.0))
     quiet = LoopOptions(scene=loops()[0].scene, hand=PUSH)
@@ -270,27 +262,6 @@ def test_what_is_wrong_is_told_in_a_sentence(
 def test_reset_refuses_what_are_no_knobs(which: Any) -> None:
     with pytest.raises(torsio.InvalidArgument, match="which"):
         Knobs(3).reset(which)
-
-
-def test_options_that_are_none_are_told() -> None:
-    with pytest.raises(TypeError, match="options must be LoopOptions, or one for each knob, is 5"):
-        Knobs(2, 5)  # type: ignore[arg-type]
-
-
-def test_no_knob_at_all_can_be_reset() -> None:
-    knobs = Knobs(3)
-    knobs.step(10)
-    before = bits(knobs.states)
-    knobs.reset([])
-    knobs.reset([], seeds=[])
-    assert bits(knobs.states) == before
-
-
-def test_seeds_may_be_as_large_as_they_get() -> None:
-    noisy = LoopOptions(plant=torsio.PlantParams(encoder_noise_counts=0.7))
-    knobs = Knobs(2, noisy, seeds=[2**64 - 1, 1])
-    knobs.step(TICKS)
-    assert bits(knobs.states[0]) == bits(alone(noisy, 2**64 - 1, TICKS))
 
 
 @pytest.mark.parametrize(

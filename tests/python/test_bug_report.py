@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import torsio
-from torsio import bug_report, documents
+from torsio import bug_report
 
 RUN = "import sys; from torsio.__main__ import main; main()"
 
@@ -54,15 +54,6 @@ def test_report_holds_doctor_versions_and_a_recording(tmp_path: Path) -> None:
     assert recorded.metadata["versions"]["fingerprint"] == torsio.protocol.fingerprint()
 
 
-def test_links_of_findings_name_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(documents.VARIABLE, raising=False)
-    link = documents.entry("clock")
-    assert link.startswith("file:///")  # this package comes from a clone
-    text = bug_report._impersonal(json.dumps({"more": link, "links": [link, "clock"]}))
-    ours = "docs/reference/troubleshooting.md#clock"
-    assert json.loads(text) == {"more": ours, "links": [ours, "clock"]}
-
-
 def test_recording_that_was_made_before_is_taken_as_it_is(tmp_path: Path) -> None:
     file, recording = tmp_path / "report.zip", tmp_path / "x.mcap"
     with torsio.open("emulated") as knob, knob.record_to(recording):
@@ -86,18 +77,6 @@ def test_report_without_a_knob_says_so(tmp_path: Path) -> None:
     assert "no knob could be recorded" in done.stderr
     with zipfile.ZipFile(file) as archive:
         assert not json.loads(archive.read("doctor.json"))[0]["ok"]
-
-
-def test_report_is_a_zip_and_no_recording(tmp_path: Path) -> None:
-    recording = tmp_path / "x.mcap"
-    with torsio.open("emulated") as knob, knob.record_to(recording):
-        knob.sleep(0.1)
-    content = recording.read_bytes()
-    for more in ((), ("--recording", recording)):
-        done = _report(recording, "--device", "emulated", *more)
-        assert done.returncode == 1
-        assert "a report's name ends in .zip" in done.stderr
-        assert recording.read_bytes() == content
 
 
 def test_report_where_none_can_be_names_the_place_as_it_was_given(tmp_path: Path) -> None:

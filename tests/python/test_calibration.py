@@ -17,7 +17,6 @@ from typer.testing import CliRunner
 import torsio
 from torsio import calibration
 from torsio.calibration import brake, numeric, procedure, report
-from torsio.calibration.figure import save_figure
 from torsio.calibration.proposal import certain_assist_nm
 from torsio.cli import app
 from torsio.commands.calibrate import words_of
@@ -211,15 +210,6 @@ def test_map_of_the_cogging_is_that_of_the_plant_over_the_whole_turn() -> None:
                report.lines(found))  # fmt: skip
 
 
-def test_motor_without_cogging_has_a_map_of_nothing(found: Any) -> None:
-    cogging = found[0].cogging
-    assert cogging.periods_per_rev == ()
-    angle_rad = np.linspace(0.0, 6.0, 50)
-    assert np.all(cogging.torque_nm(angle_rad) == 0.0)
-    assert cogging.torque_nm(np.empty(0)).shape == (0,)
-    assert 0.0 < float(np.max(cogging.sigma_nm(angle_rad))) < 0.1e-3
-
-
 def test_brake_s_torque_over_its_current_is_that_of_the_plant_up_and_down(found: Any) -> None:
     told = json.loads(json.dumps(found[0].as_dict()))["brake_curve"]
     ways = [point["way"] for point in told["points"]]
@@ -353,12 +343,6 @@ def test_damaged_file_is_named(data_folder: Path, content: str) -> None:
     with pytest.raises(torsio.Error, match=r"X1\.json cannot be read: move it away"):
         calibration.kept("X1")
     assert calibration.kept("X2") is None
-
-
-def test_picture_shows_every_fit(found: Any, tmp_path: Path) -> None:
-    save_figure(found[0], tmp_path / "fits.png")
-    assert (tmp_path / "fits.png").read_bytes().startswith(b"\x89PNG")
-    assert len(found[0].fits) == 7
 
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
@@ -500,32 +484,12 @@ def test_command_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
 # The mathematics, against closed forms ----------------------------------------------------------
 
 
-def test_window_differences_weigh_derivatives_exactly() -> None:
-    window, first, second = numeric.kernel(10, 0.01)
-    time_s = np.arange(200) * 0.01
-    assert window.sum() == pytest.approx(1.0)
-    slope = numeric.smooth((3.0 + 2.0 * time_s).astype(np.float64), first, odd=True)
-    assert slope == pytest.approx(np.full(len(slope), 2.0))
-    bend = numeric.smooth(5.0 - time_s + 3.0 * time_s**2, second)
-    assert bend == pytest.approx(np.full(len(bend), 6.0))
-
-
 def test_border_of_counts_is_read_off_far_finer_than_a_count() -> None:
     torque = np.linspace(-1.0, 1.0, 4001)
     angle = 17.3 * torque + 0.4
     borders, read = numeric.crossings(np.floor(angle), torque)
     assert len(borders) > 20
     assert read == pytest.approx((borders - 0.4) / 17.3, abs=1e-3)
-
-
-def test_uncertainty_of_a_line_is_that_of_the_textbook() -> None:
-    x = np.linspace(0.0, 1.0, 400)
-    hits = 0
-    for seed in range(200):
-        noise = np.random.default_rng(seed).normal(0.0, 0.1, len(x))
-        fit = numeric.linear(np.column_stack([x, np.ones(len(x))]), 2.0 * x + 1.0 + noise)
-        hits += abs(fit.value[0] - 2.0) < 1.96 * fit.sigma(0)
-    assert 180 <= hits <= 198
 
 
 @pytest.mark.parametrize("begins_at", [2e-2, -2e-2])
@@ -543,8 +507,3 @@ def test_size_near_nothing_is_as_certain_as_the_noise_leaves_it(
     )
     of_a_line = 1e-3 / np.sqrt(np.sum((x - x.mean()) ** 2))
     assert fit.sigma(0) == pytest.approx(of_a_line, rel=0.1)
-
-
-def test_play_follows_with_half_its_width() -> None:
-    held = numeric.play_of(np.array([0.0, 5.0, 4.0, 2.0, 0.0, 1.0]), 1.0, 0.0)
-    assert held.tolist() == [0.0, 4.0, 4.0, 3.0, 1.0, 1.0]

@@ -92,30 +92,6 @@ def covers(quantity: Quantity, truth: float) -> bool:
     return low <= truth <= high
 
 
-def test_zero_and_noise_are_those_of_the_samples() -> None:
-    steps = np.floor(np.random.default_rng(1).normal(2047.5, 5.0, 5000))
-    zero, noise = current_zero(4e-3 * steps, step_a=4e-3, v_per_a=0.2)
-    assert covers(zero, 0.2 * 4e-3 * 2047.5)
-    assert noise.value == pytest.approx(5.0 * 4e-3, rel=0.05)
-    assert covers(noise, 5.0 * 4e-3)
-
-
-@pytest.mark.parametrize("noise_steps", [0.0, 0.05, 0.2, 0.4, 0.6, 1.2])
-def test_zero_s_interval_holds_it_though_the_converter_cuts_off(noise_steps: float) -> None:
-    random = np.random.default_rng(4)
-    errors, hits = [], 0
-    for _ in range(400):
-        truth = random.uniform(2000.0, 2100.0)
-        steps = np.floor(random.normal(truth, noise_steps, 300))
-        zero, _ = current_zero(4e-3 * steps, step_a=4e-3, v_per_a=0.2)
-        errors.append((zero.value - 0.8e-3 * truth) / zero.standard_uncertainty)
-        hits += covers(zero, 0.8e-3 * truth)
-    assert abs(np.mean(errors)) < 0.15
-    assert hits >= 0.9 * 400
-    if noise_steps > 1.0:
-        assert zero.standard_uncertainty == pytest.approx(0.8e-3 * noise_steps / 300**0.5, rel=0.2)
-
-
 @pytest.mark.parametrize(
     ("reading_a", "reason"),
     [(0.0, "dead_sensor"), (0.3, "dead_sensor"), (16.4, "saturated_sensor")],
@@ -144,32 +120,6 @@ def test_without_noise_any_intervals_tell_the_winding(
     # A straight line from one measurement to the next, for a current that bends.
     assert fit.value[1] == pytest.approx(henry, rel=1e-2)
     assert fit.value[2] == pytest.approx(0.0, abs=1e-3)
-
-
-def test_intervals_hold_the_motor_that_is_measured() -> None:
-    hits = np.zeros(3)
-    for seed in range(20):
-        random = np.random.default_rng(seed)
-        found = motor(pushed(random), turned(random), **BELIEVED, supply_sigma=0.0)
-        three = (found.resistance, found.inductance, found.constant)
-        hits += [covers(of, true) for of, true in zip(three, (OHM, HENRY, CONSTANT), strict=True)]
-        assert found.resistance.value == pytest.approx(OHM, rel=5e-3)
-        assert found.inductance.value == pytest.approx(HENRY, rel=2e-2)
-        assert found.constant.value == pytest.approx(CONSTANT, rel=5e-3)
-        assert found.gain.value == pytest.approx(2.5 / found.resistance.value)
-    assert (hits >= 18).all(), hits
-
-
-def test_supply_that_is_guessed_makes_the_torque_constant_as_uncertain() -> None:
-    random = np.random.default_rng(5)
-    held, turns = pushed(random), turned(random)
-    sure = motor(held, turns, **BELIEVED, supply_sigma=0.0)
-    unsure = motor(held, turns, **BELIEVED, supply_sigma=0.05)
-    assert unsure.constant.value == sure.constant.value
-    assert unsure.constant.standard_uncertainty == pytest.approx(0.05 * CONSTANT, rel=0.01)
-    assert unsure.constant_sigma == sure.constant_sigma < 0.01
-    assert unsure.resistance == sure.resistance
-    assert unsure.gain.standard_uncertainty > sure.gain.standard_uncertainty
 
 
 @pytest.mark.parametrize(

@@ -52,28 +52,12 @@ def visit(*, missing_on_way_out_nm: float = 0.0, gain: float = 1.0) -> wall.Wall
     )
 
 
-def test_measure_of_a_perfect_wall_is_zero() -> None:
-    measures = wall.measure(visit())
-    assert measures.peak_torque_nm == pytest.approx(75e-3)
-    assert measures.tracking_rms_in == pytest.approx(0.0, abs=1e-12)
-    assert measures.tracking_rms_out == pytest.approx(0.0, abs=1e-12)
-    assert measures.torque_gap_nm == pytest.approx(0.0, abs=1e-12)
-    assert measures.sensor_rms_nm == pytest.approx(1e-3)
-    assert measures.left_wall
-
-
 def test_measure_finds_the_torque_that_is_missing_on_the_way_out() -> None:
     measures = wall.measure(visit(missing_on_way_out_nm=6e-3))
     assert measures.tracking_rms_in == pytest.approx(0.0, abs=1e-3)
     # 6 of 75 mN m are missing nearly all the way.
     assert measures.tracking_rms_out == pytest.approx(0.08, rel=0.05)
     assert measures.torque_gap_nm == pytest.approx(6e-3)
-
-
-def test_measure_of_a_soft_wall_is_the_rms_of_a_ramp() -> None:
-    """A wall that is 10 % too soft errs by 10 % of a ramp, whose RMS is peak / sqrt(3)."""
-    measures = wall.measure(visit(gain=0.9))
-    assert measures.tracking_rms_in == pytest.approx(0.1 / np.sqrt(3), rel=0.03)
 
 
 def test_measure_says_when_the_wall_was_never_reached() -> None:
@@ -106,13 +90,6 @@ def test_run_leaves_the_knob_disarmed_and_configured_as_before() -> None:
     assert seen.law == "paper"
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
-
-
-def test_run_without_the_truth_of_an_emulated_knob_says_so() -> None:
-    with torsio.open("emulated") as knob:
-        with pytest.raises(torsio.Error, match="open it with log_truth"):
-            wall.run(knob)
-        assert knob.state == "disarmed"
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ import pytest
 
 import torsio
 from tests.python.plant_oracle import OraclePlant, OracleRun
-from torsio import BoardConfig, Electrics, EmulatorOptions, PlantParams, PrescribedMotion
-from torsio.closed_loop import ClosedLoop, LoopOptions
+from torsio import Electrics, EmulatorOptions, PlantParams, PrescribedMotion
 from torsio.emulator import Circuit, Plant
 from torsio.telemetry import Record
 
@@ -26,7 +25,6 @@ CLEAN = replace(
 )  # fmt: skip
 K, OHM, HENRY, VOLT = 0.05, 2.5, 1.5e-3, 12.0
 COIL_NM_PER_A, COIL_OHM, COIL_HENRY = 0.44, 40.0, 2.4
-TORQUE_NM = 0.005
 
 
 def driven(
@@ -160,18 +158,6 @@ def test_circuit_moves_a_plant_period_by_period_as_a_record_does() -> None:
         circuit.advance(25_000, motor_share=share, brake_share=abs(share), enabled=True)
 
 
-def test_circuit_refuses_what_it_cannot_do() -> None:
-    with pytest.raises(ValueError, match="the plant has no electrics"):
-        Circuit(Plant())
-    circuit = Circuit(Plant(PlantParams(electrics=Electrics())))
-    with pytest.raises(torsio.InvalidArgument, match=r"motor_share is 1.1, allowed are -1 to 1"):
-        circuit.advance(25_000, motor_share=1.1)
-    with pytest.raises(torsio.InvalidArgument, match="duration_ns"):
-        circuit.advance(0)
-    with pytest.raises(ValueError, match="offset_s must be finite"):
-        circuit.current_a(np.nan)
-
-
 def test_supply_sags_to_what_its_resistance_leaves() -> None:
     plant = Plant(
         PlantParams(electrics=replace(STIFF, supply_resistance_ohm=0.5)), at_angle(), step_ns=25_000
@@ -193,98 +179,6 @@ def test_coil_driven_backwards_ends_at_zero_and_rises_on_the_other_side() -> Non
     assert signed[0] > 0.05
     assert signed[-1] < -0.02
     np.testing.assert_allclose(rows["brake_capacity_nm"] - 2e-3, np.abs(signed), atol=1e-8)
-
-
-def effective_lag_s(electrics: Electrics, board: BoardConfig | None = None) -> float:
-    """Give the time by which the motor's torque trails a small step of its command."""
-    options = LoopOptions(
-        plant=PlantParams(electrics=electrics), hand=at_angle(), board=board,
-        control_period_ns=25_000,
-    )  # fmt: skip
-    loop = ClosedLoop(options)
-    loop.hold_command()
-    loop.run(duration_s=1e-3)
-    loop.hold_command(motor_command_nm=TORQUE_NM)
-    torque = loop.run(duration_s=20e-3)["motor_torque_nm"]
-    assert torque[-1] == pytest.approx(TORQUE_NM, rel=2e-3)
-    missing = 1.0 - torque / torque[-1]
-    # Between two changes of the voltage the current is nearly a straight line.
-    return float(25e-6 * (np.sum(missing) - 0.5 * missing[0]))
-
-
-def test_loop_of_the_rp2350_trails_by_44_microseconds() -> None:
-    # A period until the voltage acts; then the share 1 - exp(-2 pi 10 kHz 25 us) of the way in
-    # each, along lines: 25 us (1 + 1 / share - 1 / 2).
-    share = -math.expm1(-2 * math.pi * 1e4 * 25e-6)
-    assert effective_lag_s(CLEAN) == pytest.approx(25e-6 * (0.5 + 1 / share), rel=0.02)
-    # The plant without electrics and the configuration of a board have this lag.
-    for default in (PlantParams(), torsio.ActuatorConfig()):
-        lag_s = default.motor_time_constant_s
-        assert lag_s == pytest.approx(25e-6 * (0.5 + 1 / share), abs=0.5e-6)
-
-
-def test_loop_of_the_rp2040_trails_as_its_bandwidth_has_it() -> None:
-    simple = replace(CLEAN, predictive=False, current_period_s=0.0)
-    lag_s = effective_lag_s(simple, BoardConfig(current_bandwidth_hz=500))
-    # What is missing adds up to 1 / share periods, whatever the delay.
-    share = -math.expm1(-2 * math.pi * 500.0 * 25e-6)
-    assert lag_s == pytest.approx(25e-6 * (1 / share - 0.5), rel=0.02)
-    assert lag_s == pytest.approx(0.32e-3, rel=0.02)
-
-
-def test_emulated_device_pushes_with_the_boards_own_loop() -> None:
-    options = EmulatorOptions(
-        control_rate_hz=20_000,
-        plant=PlantParams(electrics=Electrics()),
-        hand=PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 0.1)]),
-        log_truth=True,
-    )
-    with torsio.open("emulated", emulator=options) as knob:
-        knob.play(torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=0.5))
-        knob.arm()
-        knob.sleep(0.5)
-        assert knob.emulator is not None
-        truth = knob.emulator.truth()
-        sample = knob.record(duration_s=0.01)
-        assert np.mean(truth["motor_torque_nm"][-200:]) == pytest.approx(
-            np.mean(sample["motor_command_nm"]), rel=0.02
-        )
-        assert np.mean(sample["motor_command_nm"]) < -0.01
-
-
-def test_another_lag_of_the_brake_is_its_coils_too_without_a_restart() -> None:
-    options = EmulatorOptions(
-        control_rate_hz=20_000,
-        plant=PlantParams(electrics=Electrics()),
-        board=BoardConfig(brake_inductance_h=COIL_HENRY),
-        hand=at_angle(5.0),
-    )
-    with torsio.open("emulated", emulator=options) as knob:
-        emulator = knob.emulator
-        assert emulator is not None
-        knob.update(law="parallel")
-
-        def share_left(after_s: float) -> float:
-            knob.play(torsio.Friction(torque_nm=0.088))
-            knob.arm()
-            knob.sleep(0.4)
-            held_a = emulator.electrics.coil_current_a
-            assert held_a == pytest.approx(0.1, rel=0.02)  # half is the motor's
-            knob.play(torsio.Friction(torque_nm=1e-6))  # the bridge stays on
-            knob.sleep(after_s)
-            left_a = emulator.electrics.coil_current_a
-            knob.disarm()
-            knob.sleep(0.3)
-            return left_a / held_a
-
-        assert share_left(0.03) == pytest.approx(math.exp(-30 / 60), abs=0.03)
-        knob.update(brake_time_constant_s=20e-3)
-        assert share_left(0.03) == pytest.approx(math.exp(-30 / 20), abs=0.03)
-
-
-def test_electrics_out_of_range_are_told() -> None:
-    with pytest.raises(ValueError, match=r"electrics\.winding_inductance_h is 0"):
-        Plant(PlantParams(electrics=Electrics(winding_inductance_h=0.0)))
 
 
 def test_held_current_warms_winding_and_rotor_as_their_resistances_have_it() -> None:

@@ -83,42 +83,6 @@ def test_demo_without_matplotlib_measures_and_says_how_to_get_its_picture(tmp_pa
     assert [path.name for path in tmp_path.iterdir()] == ["virtual_wall.json"]
 
 
-@pytest.mark.parametrize(
-    ("command", "missing", "extra"),
-    [
-        (("studio", "--device", "emulated"), "starlette", "studio"),
-        (("record", "x.mcap", "--device", "emulated", "--seconds", "1"), "mcap", "record"),
-        (("export", "x.mcap", "x.csv"), "mcap", "record"),
-    ],
-    ids=lambda value: value[0] if isinstance(value, tuple) else value,
-)
-def test_command_that_needs_another_extra_says_how_to_install_it(
-    command: tuple[str, ...], missing: str, extra: str, tmp_path: Path
-) -> None:
-    result = run(COMMAND, *command, without=(missing,), cwd=tmp_path)
-    assert result.returncode == 1
-    sentence = result.stderr.splitlines()[-1]
-    assert sentence.startswith("torsio: error: ")
-    assert f"the Python package {missing}" in sentence
-    assert sentence.endswith(f"[{extra}]'")
-
-
-def test_without_a_tree_the_line_names_what_the_extra_needs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    from torsio import extras
-
-    class Installed:
-        requires = ("numpy>=1.24", 'rich>=13; extra == "cli"', "typer>=0.12 ; extra == 'cli'")
-
-        def read_text(self, _: str) -> None:
-            return None
-
-    monkeypatch.setattr(extras, "distribution", lambda _: Installed())
-    line = extras.how_to_install("cli").replace('"', "'")  # as Windows quotes
-    assert line == "pip install 'rich>=13' 'typer>=0.12'"
-
-
 @pytest.mark.parametrize("extra", ["cli", "gym", "plot", "record", "studio"])
 def test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from(extra: str) -> None:
     from torsio.extras import how_to_install

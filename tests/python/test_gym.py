@@ -80,19 +80,6 @@ def test_next_episode_has_other_knobs_only_if_they_are_redrawn(redraw: bool) -> 
     assert len(set(first)) == (3 if redraw else 1)
 
 
-def test_gymnasiums_own_wrapper_counts_episodes_and_what_they_earn() -> None:
-    env = KnobVectorEnv(IdentifyShaft(), 4)
-    earned = episode(env, lambda seen: np.full((4, 2), 0.5))
-    wrapped = gymnasium.wrappers.vector.RecordEpisodeStatistics(KnobVectorEnv(IdentifyShaft(), 4))
-    wrapped.reset(seed=0)
-    # The step after the last one begins the second episode, which is a whole one too.
-    for _ in range(2 * env.task.steps + 1):
-        *_, info = wrapped.step(np.full((4, 2), 0.5))
-    assert wrapped.episode_count == 8
-    assert info["episode"]["l"].tolist() == [env.task.steps] * 4
-    assert info["episode"]["r"] == pytest.approx(earned, abs=1e-5)
-
-
 def test_step_before_reset_says_so() -> None:
     with pytest.raises(gymnasium.error.ResetNeeded):
         KnobVectorEnv(RenderWall(), 2).step(np.zeros((2, 2), np.float32))
@@ -169,16 +156,6 @@ def test_bad_ranges_are_told(arguments: dict[str, Any], message: str) -> None:
         RenderWall(**arguments)
 
 
-def test_what_a_task_draws_by_itself_cannot_be_given() -> None:
-    with pytest.raises(torsio.InvalidArgument, match="is what this task draws by itself"):
-        IdentifyShaft(plant={"shaft_stiffness_nm_per_rad": (5.0, 5.0)})
-
-
-def test_no_knobs_earn_nothing_and_are_refused() -> None:
-    with pytest.raises(torsio.InvalidArgument, match="n is 0, allowed are 1 to"):
-        RenderWall().law(0, np.random.default_rng(1))
-
-
 def test_without_gymnasium_the_line_says_how_to_install_it() -> None:
     result = run("import torsio.tasks, torsio.gym", without=("gymnasium",))
     assert result.returncode == 1
@@ -231,20 +208,6 @@ def test_gymnasium_makes_them_by_name() -> None:
     assert many.reset(seed=1)[0].shape == (2, len(RenderWall.observation_names))
 
 
-def test_environments_may_be_given_the_same_task() -> None:
-    task = RenderWall()
-    actions = np.full((4, 2), 0.1, dtype=np.float32)
-
-    def earned(env: KnobVectorEnv, *, disturb: bool) -> float:
-        env.reset(seed=1)
-        if disturb:
-            KnobVectorEnv(task, 4).reset(seed=2)
-        return sum(float(env.step(actions)[1].sum()) for _ in range(50))
-
-    first = KnobVectorEnv(task, 4)
-    assert earned(first, disturb=True) == earned(first, disturb=False)
-
-
 @pytest.mark.parametrize(
     ("actions", "words"),
     [
@@ -263,18 +226,3 @@ def test_actions_of_another_shape_are_told_and_change_nothing(actions: Any, word
         env.step(actions)
     good = np.full((4, 2), 0.3, dtype=np.float32)
     assert env.step(good)[0].tobytes() == twin.step(good)[0].tobytes()
-
-
-def test_closed_environment_says_so() -> None:
-    env = KnobVectorEnv(RenderWall(), 4)
-    env.reset(seed=1)
-    env.close()
-    env.close()
-    for use in (env.reset, lambda: env.step(np.zeros((4, 2), np.float32))):
-        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="was closed"):
-            use()
-
-
-def test_environment_takes_nothing_but_a_task() -> None:
-    with pytest.raises(TypeError, match="task must be a Task"):
-        KnobVectorEnv(RenderWall, 4)  # type: ignore[arg-type]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 import threading
 import time
@@ -61,63 +60,10 @@ def test_disarm_keeps_the_scene(knob: Knob) -> None:
 # Telemetry
 
 
-def test_record_gives_every_tick_of_the_span_once(knob: Knob) -> None:
-    log = knob.record(duration_s=1.0)
-    assert log.dtype == TELEMETRY_DTYPE
-    assert log.shape == (1000,)
-    assert np.all(np.diff(log["tick"]) == 1)
-    np.testing.assert_allclose(log["time_s"], log["tick"] * 1e-3, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(log["angle_rad"], log["position_counts"] * 2 * math.pi / 8192)
-    assert knob.statistics().samples_lost == 0
-
-
-def test_record_at_a_rate_takes_every_nth_tick(knob: Knob) -> None:
-    log = knob.record(duration_s=1.0, rate_hz=100.0)
-    assert len(log) == 100
-    assert np.all(np.diff(log["tick"]) == 10)
-
-
-def test_rate_that_this_knob_has_not_is_refused_with_those_it_has(knob: Knob) -> None:
-    message = "rate_hz is 4000, allowed are 3.921569 to 1000 Hz with this knob; without a rate"
-    with pytest.raises(torsio.InvalidArgument, match=message):
-        knob.start_telemetry(4000.0)
-    with pytest.raises(torsio.InvalidArgument, match="rate_hz is 0"):
-        knob.start_telemetry(0.0)
-
-
 def test_single_quantities_need_no_name(knob: Knob) -> None:
     assert len(knob.record(0.1)) == 100
     assert knob.start_telemetry(500.0) == 500.0
     assert sum(map(len, knob.telemetry(0.1))) == 100
-
-
-def test_virtual_time_passes_by_a_number_alone(knob: Knob) -> None:
-    before_s = knob.emulator.time_s
-    knob.sleep(0.1)
-    knob.emulator.advance(0.1)
-    assert knob.emulator.time_s - before_s == pytest.approx(0.2)
-
-
-def test_truth_without_a_log_says_how_to_get_one() -> None:
-    with torsio.open("emulated") as knob, pytest.raises(torsio.Error, match="log_truth"):
-        knob.emulator.truth()
-
-
-def test_telemetry_iterator_gives_what_was_asked(knob: Knob) -> None:
-    chunks = list(knob.telemetry(duration_s=0.5, max_samples=64))
-    assert max(len(chunk) for chunk in chunks) <= 64
-    assert np.all(np.diff(np.concatenate(chunks)["tick"]) == 1)
-    assert sum(len(chunk) for chunk in chunks) == 500
-
-
-def test_ten_kilohertz_device_controls_at_ten_kilohertz() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(control_rate_hz=10_000)) as knob:
-        assert knob.info.control_rate_hz == 10_000
-        rate_hz = knob.start_telemetry()
-        log = knob.record(duration_s=0.2)
-    ticks = np.diff(log["tick"])
-    assert np.all(ticks == ticks[0])
-    assert rate_hz == pytest.approx(10_000 / ticks[0])
 
 
 # States and configuration
@@ -168,15 +114,6 @@ def test_update_of_what_is_no_field_of_one_configuration_is_refused(
         knob.update(**changes)
 
 
-def test_update_that_the_device_would_refuse_changes_nothing(knob: Knob) -> None:
-    with pytest.raises(torsio.InvalidArgument, match=r"beta is 1\.5"):
-        knob.update(law="parallel", beta=1.5)
-    assert knob.control_config() == ControlConfig()
-    knob.arm()
-    with pytest.raises(torsio.Refused):
-        knob.update(beta=0.1)
-
-
 def test_no_two_configurations_have_a_field_of_the_same_name() -> None:
     configs = (
         torsio.ActuatorConfig,
@@ -186,17 +123,6 @@ def test_no_two_configurations_have_a_field_of_the_same_name() -> None:
     )
     names = [field.name for config in configs for field in fields(config)]
     assert len(set(names)) == len(names)
-
-
-def test_named_emulated_device_keeps_what_it_saved() -> None:
-    with torsio.open("emulated:keeps") as knob:
-        knob.configure(ControlConfig(beta=0.75))
-        knob.save()
-        assert knob.health().saves >= 1
-    with torsio.open("emulated:keeps") as knob:
-        assert knob.control_config().beta == 0.75
-        knob.load_defaults()
-        assert knob.control_config().beta == 0.5
 
 
 def test_matching_config_is_the_default_for_the_default_plant() -> None:
@@ -221,27 +147,6 @@ def test_emergency_stop_is_a_latched_fault(knob: Knob) -> None:
     assert knob.state == "armed"
 
 
-@pytest.mark.parametrize(
-    ("cause", "fault"),
-    [
-        (lambda e: e.set_actuator_fault(present=True), "actuator"),
-        (lambda e: e.jump_encoder(counts=4000), "encoder"),
-        (lambda e: e.skip_ticks(count=50), "overrun"),
-    ],
-)
-def test_fault_is_named(knob: Knob, cause: object, fault: str) -> None:
-    knob.arm()
-    cause(knob.emulator)  # type: ignore[operator]
-    assert knob.wait_for("fault", timeout_s=0.2)
-    assert fault in knob.faults()
-
-
-def test_torque_hand_turns_the_free_knob(knob: Knob) -> None:
-    knob.emulator.set_hand(TorqueHand(torque_nm=0.02))
-    knob.sleep(0.3)
-    assert knob.clock().angle_rad > 0.5
-
-
 # Threads
 
 
@@ -263,26 +168,6 @@ def test_waiting_lets_other_threads_run() -> None:
         thread.join()
     # Had the call kept the interpreter's lock, the count would stand still for half a second.
     assert count > 50
-
-
-def test_close_from_another_thread_ends_a_waiting_call() -> None:
-    knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True))
-    timer = threading.Timer(0.2, knob.close)
-    timer.start()
-    begin = time.monotonic()
-    with pytest.raises(torsio.Closed):
-        knob.record(duration_s=30.0)
-    timer.join()
-    assert time.monotonic() - begin < 5.0
-
-
-def test_paced_device_takes_real_time() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
-        begin = time.monotonic()
-        log = knob.record(duration_s=0.3)
-        elapsed = time.monotonic() - begin
-    assert len(log) == 300
-    assert elapsed >= 0.29
 
 
 # Values

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,8 +11,6 @@ import pytest
 import torsio
 from torsio import testing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
-
-WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
 
 
 def log_of(angle_rad: list[float], spring_nm: float, motor_nm: float) -> Record:
@@ -52,16 +47,6 @@ def test_assert_felt_names_the_worst_row_and_counts_the_others() -> None:
     )
 
 
-def test_assert_felt_names_the_torque_that_was_off_and_not_its_own_lines() -> None:
-    log = log_of([0.1, 0.2, 0.3], 0.0, 0.0)
-    log["flags"][1:] = 0
-    for from_s, is_off in ((None, False), (0.0005, True)):
-        with pytest.raises(AssertionError) as caught:
-            testing.assert_felt(log, 0.03, from_s=from_s)
-        assert ("the knob was disarmed throughout: arm()" in str(caught.value)) == is_off
-    assert all(entry.ishidden(caught) for entry in caught.traceback[1:])
-
-
 def test_assert_felt_looks_at_the_span_alone_and_at_the_share() -> None:
     log = log_of([0.0] * 10, 0.0, 0.0)
     log["motor_command_nm"][4] = 0.05
@@ -73,30 +58,6 @@ def test_assert_felt_looks_at_the_span_alone_and_at_the_share() -> None:
     log["motor_command_nm"][5] = np.nan
     with pytest.raises(AssertionError, match="2 of 10"):
         testing.assert_felt(log, 0.0, share=0.9)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"tolerance_nm": 0.0}, "tolerance_nm must be finite and > 0, is 0"),
-        ({"share": 1.5}, "share is 1.5, allowed is above 0 to 1"),
-        ({"from_s": 9.0}, "no row lies in the span; the log has 0 to 0.001 s"),
-        ({"expected": [0.0] * 3}, "expected must be one torque or 2, one for each row"),
-        ({"expected": lambda _: None}, "expected is not everywhere a number"),
-        ({"expected": [0.0, np.nan]}, "expected is not everywhere a number"),
-    ],
-)
-def test_assert_felt_says_what_is_wrong_with_its_arguments(
-    arguments: dict[str, object], message: str
-) -> None:
-    with pytest.raises(torsio.InvalidArgument) as caught:
-        testing.assert_felt(log_of([0.0, 0.0], 0.0, 0.0), **{"expected": 0.0, **arguments})  # type: ignore[arg-type]
-    assert str(caught.value).startswith(message)
-
-
-def test_a_record_of_something_else_is_refused() -> None:
-    with pytest.raises(torsio.InvalidArgument, match="log must be a record of telemetry"):
-        testing.felt_nm(np.zeros(3))  # type: ignore[arg-type]
 
 
 # --- hand and faults ------------------------------------------------------------------------------
@@ -118,15 +79,6 @@ def test_hand_turns_to_the_devices_angle_also_after_a_new_zero() -> None:
         hand.turn_to(0.3)
         assert knob.position_rad() == pytest.approx(0.3, abs=2e-3)
         assert hand.truth()["angle_rad"][-1] == pytest.approx(0.6, abs=4e-3)
-
-
-def test_hand_pushes_and_lets_go() -> None:
-    with open_knob() as knob:
-        hand = testing.HoldingHand(knob)
-        hand.push(0.02)
-        assert hand.truth()["hand_torque_nm"][-1] == 0.02
-        hand.let_go()
-        assert hand.truth()["hand_torque_nm"][-1] == 0.0
 
 
 def test_hand_says_that_somebody_else_took_the_truth() -> None:
@@ -216,55 +168,6 @@ def test_virtual_time_is_the_knobs_and_ends_with_its_block() -> None:
     assert float(monotonic_s) == pytest.approx(float(passed_s), abs=1e-6)
     assert float(counter_s) == pytest.approx(float(passed_s), abs=1e-6)
     assert restored == "True"
-
-
-WAIT = """if True:
-    import asyncio, concurrent.futures, multiprocessing.connection, queue, subprocess, sys
-    import torsio
-    from torsio import testing
-
-    pool = concurrent.futures.ThreadPoolExecutor(1)
-    condition = multiprocessing.Condition()
-    condition.acquire()
-    with torsio.open("emulated") as knob, testing.virtual_time(knob):
-        {}
-        assert knob.emulator.time_s < 1.0
-    print("done")
-"""
-
-
-@pytest.mark.parametrize(
-    "wait",
-    [
-        "asyncio.run(asyncio.sleep(0.01))",
-        "list(concurrent.futures.as_completed([pool.submit(int)], timeout=5.0))",
-        "multiprocessing.Pipe()[0].poll(0.01)",
-        "multiprocessing.connection.wait([multiprocessing.Pipe()[0]], 0.01)",
-        "condition.wait_for(int, timeout=0.01)",
-        "try: multiprocessing.Queue().get(timeout=0.01)\n        except queue.Empty: pass",
-        "try: queue.Queue().get(timeout=0.01)\n        except queue.Empty: pass",
-        "subprocess.run([sys.executable, '-c', ''], timeout=60.0)",
-    ],
-)
-def test_wait_of_the_standard_library_ends_by_the_walls_clock(wait: str) -> None:
-    # By itself, for as long as any loaded machine needs: what hangs is killed.
-    result = subprocess.run(
-        [sys.executable, "-c", WAIT.format(wait)],
-        capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
-    assert result.stdout == "done\n", result.stderr
-
-
-def test_every_module_of_the_standard_library_with_a_deadline_is_known() -> None:
-    library = Path(os.__file__).parent
-    none_waits_in_c = {"pydoc", "sched", "test", "trace", "tkinter", "idlelib", "lib2to3"}
-    found = {
-        file.relative_to(library).parts[0].removesuffix(".py")
-        for file in library.rglob("*.py")
-        if "-packages" not in str(file)
-        and re.search(r"time\.monotonic\(|import monotonic", file.read_text(errors="replace"))
-    }
-    assert found - none_waits_in_c <= testing.WAITING
 
 
 # --- the plugin -----------------------------------------------------------------------------------
@@ -403,16 +306,6 @@ def test_time_is_the_same_for_all_threads(pytester: pytest.Pytester) -> None:
     pytester.runpytest().assert_outcomes(passed=1)
 
 
-@pytest.mark.parametrize("seed", ["1.5", "'x'", "-1", "2**64"])
-def test_mark_with_a_seed_that_is_none_says_so(pytester: pytest.Pytester, seed: str) -> None:
-    pytester.makepyfile(
-        f"import pytest\n@pytest.mark.torsio(seed={seed})\ndef test_it(torsio_knob): pass"
-    )
-    result = pytester.runpytest()
-    result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*seed *, *"])
-
-
 def test_run_that_asks_for_no_knob_loads_neither_library_nor_numpy(
     pytester: pytest.Pytester,
 ) -> None:
@@ -500,67 +393,9 @@ def test_random_seed_is_told_and_can_be_given_again(pytester: pytest.Pytester) -
     pytester.runpytest(f"--torsio-seed={seed}").stdout.fnmatch_lines([f"*assert {seed} == -1*"])
 
 
-def test_plugin_leaves_nothing_behind(tmp_path: Path, pytester: pytest.Pytester) -> None:
-    pytester.makepyfile("def test_it(torsio_knob): assert torsio_knob.state == 'disarmed'")
-    pytester.runpytest("-p", "no:cacheprovider", f"--torsio-recordings={tmp_path}")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_plugin_is_loaded_by_the_pytest_of_debian_12(tmp_path: Path) -> None:
-    """It comes with the package into every run of pytest, also where nobody asks for it."""
-    old = ["pytest==7.2.1", "pluggy==1.0.0"]
-    pull = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", "old"]
-    subprocess.run([*pull, *old], cwd=tmp_path, check=True)
-    (tmp_path / "pytest.ini").touch()
-    (tmp_path / "test_it.py").write_text(
-        "def test_nothing(): pass\ndef test_knob(torsio_knob): assert not torsio_knob.is_open\n"
-    )
-    result = subprocess.run(
-        [sys.executable, "-m", "pytest", "--version", "--version"],
-        cwd=tmp_path, env={**os.environ, "PYTHONPATH": "old"}, capture_output=True, text=True,
-        check=True,
-    )  # fmt: skip
-    assert "pytest version 7.2.1" in result.stdout + result.stderr
-    result = subprocess.run(
-        [sys.executable, "-m", "pytest", "test_it.py"],
-        cwd=tmp_path, env={**os.environ, "PYTHONPATH": "old"}, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
-    assert "1 failed, 1 passed" in result.stdout, result.stdout + result.stderr
-    assert "again with: pytest --torsio-seed=" in result.stdout
-
-
 def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
     from tests.test_guides import examples
 
     for index, example in enumerate(examples("docs/how-to/testing.md", "python")):
         (pytester.path / f"test_page_{index}.py").write_text(example.code)
     pytester.runpytest("-W", "error").assert_outcomes(passed=4)
-
-
-def test_group_of_xdist_changes_neither_seed_nor_command(pytester: pytest.Pytester) -> None:
-    pytester.makepyfile(
-        """
-        import pytest
-
-        @pytest.mark.xdist_group("slow")
-        def test_it(torsio_knob, torsio_seed):
-            assert torsio_seed == -1
-        """
-    )
-    texts = [
-        pytester.runpytest_subprocess(*options).stdout.str()
-        for options in ((), ("-n", "1", "--dist", "loadgroup"))
-    ]
-    (alone,), (grouped,) = (
-        [line for line in text.splitlines() if "again with" in line] for text in texts
-    )
-    assert alone == grouped
-    assert alone.endswith("'test_group_of_xdist_changes_neither_seed_nor_command.py::test_it'")
-
-
-def test_recording_of_a_test_with_a_long_name_has_room(pytester: pytest.Pytester) -> None:
-    name = "\u00e4" * 120  # 240 bytes
-    pytester.makepyfile(f"def test_{name}(torsio_knob):\n    assert False")
-    pytester.runpytest("--torsio-recordings=kept").assert_outcomes(failed=1)
-    assert len(list((pytester.path / "kept").iterdir())) == 1

@@ -94,13 +94,6 @@ def test_it_prints_the_command_that_attaches_it_and_ends_on_ctrl_c() -> None:
     assert f"sudo modprobe vhci-hcd; {command}" in output
 
 
-def test_the_usual_port_is_not_in_the_command() -> None:
-    address = virtual_knob.Address.from_line("listening 127.0.0.1:3240 1-1")
-    commands = virtual_knob.attach_commands(address)
-    assert commands["Linux"] == "sudo modprobe vhci-hcd; sudo usbip attach -r 127.0.0.1 -b 1-1"
-    assert commands["Windows"] == "usbip attach -r 127.0.0.1 -b 1-1"
-
-
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_it_ends_cleanly_with_a_client_attached(how: signal.Signals) -> None:
     with emulated() as (process, port), attach(port) as client:
@@ -169,13 +162,6 @@ def test_port_in_use_is_said_with_status_2() -> None:
         assert f"port {port} is in use" in refused("--port", str(port))
 
 
-def test_two_knobs_run_on_two_ports() -> None:
-    with emulated("--serial", "A") as (_, first), emulated("--serial", "B") as (_, second):
-        assert first != second
-        attach(first).close()
-        attach(second).close()
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -195,15 +181,6 @@ def test_two_knobs_run_on_two_ports() -> None:
 )
 def test_what_cannot_be_is_refused_with_status_2(arguments: tuple[str, ...], words: str) -> None:
     assert words in refused(*arguments)
-
-
-def test_emulate_need_not_be_told_the_only_way_there_is() -> None:
-    with subprocess.Popen(
-        [TORSIO, "emulate", "--port", "0"], stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline().startswith("listening ")
-        process.terminate()
 
 
 def test_bad_hand_script_is_named_with_its_line(tmp_path: Path) -> None:
@@ -274,16 +251,6 @@ def test_log_that_cannot_be_written_is_said_with_status_1() -> None:
     )
     assert result.returncode == 1
     assert "/nowhere/truth.csv" in result.stderr
-
-
-def test_package_without_the_program_says_what_is_missing(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr(virtual_knob, "_PROGRAM", tmp_path / "absent")
-    with pytest.raises(
-        torsio.Error, match="built without the virtual USB knob, which needs TinyUSB"
-    ):
-        virtual_knob.program_path()
 
 
 # A person at a terminal --------------------------------------------------------------------------
