@@ -2,7 +2,7 @@
 
 ``python -m tools.windows [LAYER]...`` runs the C++ tests of these layers, by default all;
 ``python -m tools.windows python [ARGS]`` those of the Python package, and hands ARGS to pytest.
-What cannot be shown so is said in README: no knob has been plugged into a Windows.
+What cannot be shown so is said in docs/results.md: no knob has been plugged into a Windows.
 """
 
 from __future__ import annotations
