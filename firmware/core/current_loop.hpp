@@ -22,9 +22,9 @@ struct CurrentLoopState {
 };
 
 /// A PI controller whose zero cancels the winding's pole exp(-resistance period / inductance). The
-/// rest is an integrator: the current then approaches its target with the given bandwidth, which is
-/// held at a tenth of the control rate, because the voltage acts one period after the current was
-/// measured.
+/// rest is an integrator: the current then approaches its target with the given bandwidth. The
+/// bandwidth is at most a tenth of the control rate, because the voltage acts one period after the
+/// measurement.
 /// @param resistance_ohm, inductance_h, bandwidth_hz, period_s, supply_v all > 0
 constexpr CurrentLoopParams make_current_loop(float resistance_ohm, float inductance_h,
                                               float bandwidth_hz, float period_s, float supply_v) {
@@ -98,8 +98,8 @@ constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float indu
           1.0F / supply_v};
 }
 
-/// One period. Where the current will be once the new voltage acts is computed from the voltage
-/// that acts until then; from there it is sent to its target.
+/// One period. The model computes the current at the moment when the new voltage acts, and sends it
+/// from there to its target.
 /// @returns voltage as a share of the supply, within [-1, 1]
 constexpr float hold_current(PredictiveState& state, const PredictiveParams& params, float target_a,
                              float measured_a) {
@@ -164,9 +164,9 @@ constexpr CoilParams make_coil(float resistance_ohm, float inductance_h, float l
 }
 
 /// One period. The voltage may be the whole supply against the current, but never drives it past
-/// what is asked for, so that the coil is not magnetised the other way. Only once nothing has been
-/// asked for, and nearly nothing flowed, for a while, a little flows backwards for a moment: that
-/// takes away what the iron has kept.
+/// what is asked for, so that the coil is not magnetised the other way. After a while without a
+/// target and nearly without current, a little flows backwards for a moment. That removes the
+/// iron's remanence.
 /// @param target_a >= 0
 /// @returns voltage as a share of the supply, within [-1, 1]
 constexpr float drive_coil(CoilState& state, const CoilParams& params, float target_a) {

@@ -35,9 +35,9 @@ struct Motion {
   float acceleration_rad_s2 = 0;
 };
 
-/// The speed comes from a second order tracking filter (alpha-beta) with both poles at
-/// exp(-2 pi bandwidth period): one count per tick is a coarse speed (0.77 rad/s at 8192 counts and
-/// 1 kHz), the filter spreads it over its bandwidth.
+/// The speed comes from a second order tracking filter (alpha-beta) with both poles at exp(-2 pi
+/// bandwidth period). One count per tick is a coarse speed (0.77 rad/s at 8192 counts and 1 kHz).
+/// The filter spreads it over its bandwidth.
 constexpr MotionParams make_motion_params(const Resolution& resolution, std::uint32_t counter_bits,
                                           bool reversed, float speed_bandwidth_hz) {
   const float pole = exp_negative(kTwoPi * speed_bandwidth_hz * resolution.period_s);

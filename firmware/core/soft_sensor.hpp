@@ -26,8 +26,8 @@ constexpr float sense_spring(SoftSensorState& state, float stiffness_nm_per_rad,
   return state.spring_torque_nm;
 }
 
-/// The same where the brake's side has an inertia, which the spring must drive beyond what the
-/// brake holds: its speed after this tick is the one that goes with the spring's torque after it
+/// The same with an inertia on the brake's side, which the spring must drive beyond the brake's
+/// capacity. Its speed after this tick goes with the spring's torque after it
 /// (docs/explanation/theory.md, "Inertia behind the brake"). Stable for any period; without inertia
 /// it is sense_spring() but for rounding.
 /// @returns spring_torque_nm, beyond the capacity by what the inertia takes

@@ -31,10 +31,10 @@ struct StableStiffness {
   StabilityLimit limited_by = StabilityLimit::rate;
 };
 
-/// A spring that acts late by d feeds (K - what spring and brake carry) d into every swing as if it
-/// were negative damping; friction takes 4 f / (pi v), least where the motor saturates, at
-/// v = Tmm / sqrt(K J). Both are equal at the limit. A fifth is taken off the friction's part, for
-/// what the describing function leaves out.
+/// A spring that acts late by d feeds every swing, as negative damping of (K - what spring and
+/// brake carry) d would. Friction takes 4 f / (pi v), least where the motor saturates, at v = Tmm /
+/// sqrt(K J). Both are equal at the limit. A fifth is taken off the friction's part, for what the
+/// describing function leaves out.
 /// @param parts period_s, rad_per_count, knob_inertia_kg_m2 and motor_torque_max_nm > 0
 constexpr StableStiffness stable_stiffness(const Parts& parts) {
   const float held_s = 0.5F * parts.period_s;

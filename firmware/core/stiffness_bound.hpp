@@ -148,12 +148,12 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   state.trust = larger(0.6F * state.trust, state.params.least_share);
 }
 
-/// What may be given when that which is asked has changed more steeply than the bound, or had: as
-/// much more or less as comes in time and as a spring as stiff as the bound gives for this tick's
-/// motion, but nothing of the other sign and not more than is asked. Torque that was left out is
-/// never added at rest: that would be energy from nowhere. Where that spring's line has come beyond
-/// what is asked it goes on, so that the way back meets what is asked at the same place: else the
-/// way back would give what the way in left out. Out of line: a clean wall never comes here.
+/// The allowed torque once the scene's torque has changed more steeply than the bound. It changes
+/// by what comes in time, and by what a spring as stiff as the bound gives for this tick's motion.
+/// It never has the other sign, and never exceeds the scene's torque. Torque that was left out is
+/// never added at rest: that would be energy from nowhere. The spring's line goes on beyond the
+/// scene's torque, so the way back meets that torque at the same place. Otherwise the way back
+/// would give what the way in left out. Out of line: a clean wall never comes here.
 [[gnu::noinline]] constexpr float follow_bound(BoundState& state, float asked_nm, float timed_nm,
                                                float spring_nm) {
   const float before_nm = state.on_line ? state.asked_nm : state.last_nm;

@@ -53,9 +53,9 @@ inline constexpr float kModelErrorShare = 0.4F;
 // with a supply of twice the voltage.
 inline constexpr float kMostTooLow = 0.41F;
 
-// A winding of a third more than its resistance takes 1.3 times the voltage for its current, on a
-// supply of a tenth less 1.44 times, and 70 degrees warmer 1.84 times; a supply of half the
-// voltage, or a sensor that shows half the current, twice.
+// A winding of a third more than its resistance takes 1.3 times the voltage for its current. On a
+// supply of a tenth less it takes 1.44 times, and 70 degrees warmer 1.84 times. A supply of half
+// the voltage, or a sensor that shows half the current, takes twice.
 inline constexpr float kMostTooHigh = 0.85F;
 
 // What more flows than the model has, beside the slack of the means: what a bridge takes for itself
@@ -121,9 +121,8 @@ constexpr bool believe_current(WindingState& state, const WindingParams& params,
 }
 
 /// Now and then, the means since the last time: what lasts is told once it has added up, the sooner
-/// the more it is. A supply of another voltage, or a sensor that shows another share, make a
-/// difference that is a share of what flows; a sensor's zero that has moved makes the same however
-/// much flows and however fast the motor turns.
+/// the more it is. Another supply voltage, or a sensor with another gain, makes a difference that
+/// is a share of the current. A moved zero makes the same difference at any current and any speed.
 /// @returns false once they cannot be true
 constexpr bool believe_means(WindingState& state, const WindingParams& params, float speed_rad_s) {
   state.difference_a = state.difference_sum_a * params.mean_share;

@@ -2,8 +2,8 @@
 //
 // TinyUSB 0.18 looks neither at the direction of standard requests, nor at most of their numbers. A
 // host that sends GET_DESCRIPTOR with data *to* the device would have the stack write over the
-// descriptor; a configuration or a setting that does not exist would be set, and a feature of an
-// endpoint that does not exist would never be answered. The linker puts this function in front of
+// descriptor. The stack would set a configuration or a setting that does not exist. It would never
+// answer a feature of an endpoint that does not exist. The linker puts this function in front of
 // the one that takes every event of the bus (--wrap). A request to refuse is handed on as a
 // vendor's request, because the stack refuses all of those.
 #include <tusb.h>

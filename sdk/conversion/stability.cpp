@@ -20,8 +20,8 @@ const char* name(core::StabilityLimit limit) {
 }
 
 /// The controller's equation has an encoder without steps. But a swing at its edge is only some
-/// counts wide, and every count is a step of the torque that comes late as a whole, the later the
-/// more volts it needs. Together both limits give less than either, as two springs in series;
+/// counts wide. Every count is a step of the torque that comes late as a whole, the later the more
+/// volts it needs. Together both limits give less than either, as two springs in series;
 /// tests/studies/test_bench_stiffness.py tries it with the boards' electrics.
 double with_steps(double stiffness_nm_per_rad, const core::Parts& parts) {
   const double whole_motor_in_a_count =

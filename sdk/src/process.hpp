@@ -8,8 +8,8 @@ namespace torsio {
 class MakersProcess {
  public:
   MakersProcess();
-  /// False in a child that was forked since: locks may be held there for ever, by threads that the
-  /// child does not have, so nothing of what the parent made may be touched.
+  /// False in a child that was forked since. Threads that the child does not have may hold locks
+  /// there for ever. So the child must not touch anything of the parent's.
   [[nodiscard]] bool is_this() const noexcept;
 
  private:

@@ -16,7 +16,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(
 }
 
 /// Without floating point a tick has time for one round of the simple current loop, at a tenth of
-/// the control rate: in each period it goes the share 1 - exp(-2 pi / 10) of the way, and trails by
+/// the control rate. In each period it goes the share 1 - exp(-2 pi / 10) of the way. It trails by
 /// 100 us (1 / share - 1 / 2).
 inline constexpr Board kBoard{"pico",  1, 100'000, find_pin_conflict, {100'000, 100'000, false},
                               0.16e-3F};

@@ -20,7 +20,7 @@ inline constexpr std::uint32_t kPicoPins = (1U << 23) | (1U << 24);
 
 inline constexpr std::uint8_t kFirstAdcPin = 26;
 
-/// No pin has two jobs, what needs a hardware unit of its own gets one, and no pin is one that the
+/// No pin has two jobs. A job that needs its own hardware unit gets one. No pin is one that the
 /// board uses itself.
 /// @param taken pins that the board uses itself, bit n for GPn
 constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::BoardConfig& config,

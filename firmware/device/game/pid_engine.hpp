@@ -43,8 +43,8 @@ class PidEngine {
   /// Writes an input report as things are.
   /// @returns its size; 0 stalls the request
   std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) const;
-  /// Writes the next input report: the axis when it moved and now and then, for whoever has just
-  /// begun to listen, then what effects have begun or ended.
+  /// Writes the next input report: the axis when it moved, and now and then for new listeners; then
+  /// effects that have begun or ended.
   /// @returns its size; 0 if nothing is new
   std::size_t next_input(std::span<std::uint8_t> report);
 
