@@ -396,13 +396,6 @@ TEST_CASE("paper's law: the brake lets go and the motor gives all when the sprin
   CHECK(out.brake_command_nm == 0.0F);
 }
 
-TEST_CASE("a relaxed spring counts as helping: the brake takes hold at first contact") {
-  for (const core::Law law : {core::Law::paper, core::Law::compensated}) {
-    CHECK(share(law, -0.060F, 0.0F).motor_command_nm == Approx(-0.060));
-    CHECK(share(law, -0.060F, 0.0F).brake_command_nm == Approx(0.030));
-  }
-}
-
 TEST_CASE("compensated law: the motor cancels the spring on both sides") {
   CHECK(share(core::Law::compensated, -0.060F, 0.004F).motor_command_nm == Approx(-0.064));
   CHECK(share(core::Law::compensated, -0.060F, 0.004F).brake_command_nm == 0.0F);

@@ -137,24 +137,6 @@ TEST_CASE("link counts input reports that nobody read in time") {
   CHECK(device.link().input_reports_lost() + kept == doctest::Approx(251).scale(0).epsilon(0.02));
 }
 
-TEST_CASE("telemetry of a prescribed motion is the motion, tick by tick") {
-  // 1 rad/s from rest at angle 0: count n = floor(8192 t / 2 pi), exact by construction.
-  EmulatedDevice device({.hand = PrescribedMotion{Profile({{0, 0.0}, {10'000 * kMs, 10.0}})},
-                         .input_queue_reports = 1000});
-  send(device, protocol::Stream{1, 0, 1});
-  device.advance(500 * kMs);
-  std::size_t samples = 0;
-  for (const auto& report : only<protocol::Telemetry>(read_all(device))) {
-    for (unsigned i = 0; i < protocol::samples_of(report.axis_samples); ++i, ++samples) {
-      const double time_s = 1e-3 * static_cast<double>(report.tick + i);
-      const auto expected =
-          static_cast<std::int64_t>(std::floor(time_s * 8192.0 / (2.0 * std::numbers::pi) + 1e-9));
-      CHECK(report.base_counts + report.sample[i].offset_counts == expected);
-    }
-  }
-  CHECK(samples > 480);
-}
-
 TEST_CASE("truth has one sample a tick, at the tick's time, and costs nothing unasked") {
   EmulatedDevice device(
       {.hand = PrescribedMotion{Profile({{0, 0.0}, {1000 * kMs, 1.0}})}, .log_truth = true});
@@ -171,17 +153,6 @@ TEST_CASE("truth has one sample a tick, at the tick's time, and costs nothing un
   EmulatedDevice silent;
   silent.advance(100 * kMs);
   CHECK(silent.take_truth().empty());
-}
-
-TEST_CASE("a hand that is set later takes over at the next tick") {
-  EmulatedDevice device({.log_truth = true});
-  device.advance(10 * kMs + 1);
-  CHECK(device.next_tick_ns() == 11 * kMs);
-  device.set_hand(TorqueHand{Profile::constant(0.05)});
-  device.advance(2 * kMs);
-  const std::vector<torsio::TruthSample> truth = device.take_truth();
-  CHECK(truth.at(10).hand_torque_nm == 0.0);
-  CHECK(truth.at(11).hand_torque_nm == 0.05);
 }
 
 TEST_CASE("pulling the plug disarms the device and empties the cable") {
@@ -228,16 +199,6 @@ TEST_CASE("faults of the world become faults of the device") {
   CHECK(faults_after([](Device& d) { d.set_actuator_fault(true); }) == protocol::fault::actuator);
   CHECK(faults_after([](Device& d) { d.jump_encoder(5000); }) == protocol::fault::encoder);
   CHECK(faults_after([](Device& d) { d.skip_ticks(20); }) == protocol::fault::overrun);
-}
-
-TEST_CASE("a frozen encoder shows no motion") {
-  EmulatedDevice device({.hand = PrescribedMotion{Profile({{0, 0.0}, {1000 * kMs, 10.0}})}});
-  device.advance(50 * kMs);
-  device.freeze_encoder(true);
-  device.advance(2 * kMs);
-  const std::int64_t frozen = feature<protocol::Clock>(device).position_counts;
-  device.advance(10 * kMs);
-  CHECK(feature<protocol::Clock>(device).position_counts == frozen);
 }
 
 TEST_CASE("ticks that do not happen count as time") {

@@ -15,20 +15,8 @@ namespace torsio::emulator::test {
 std::vector<Choice> steppers_that_hold() {
   return {{"exact", make_exact_stepper, 1'000'000, 1e-12}};
 }
-std::vector<Choice> all_steppers() { return steppers_that_hold(); }
 
 }  // namespace torsio::emulator::test
-
-TEST_CASE("actuators without a lag answer at once") {
-  PlantParams params;
-  params.motor_time_constant_s = 0.0;
-  params.brake_time_constant_s = 0.0;
-  Plant plant(params);
-  plant.set_command({1e-3, 0.02});
-  plant.advance(1'000);
-  CHECK(plant.state().motor_torque_nm == 1e-3);
-  CHECK(plant.state().brake_magnetic_nm == 0.02);
-}
 
 TEST_CASE("commands are clipped to the actuators' limits and refused when not finite") {
   PlantParams params;

@@ -14,7 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include "device_changes.hpp"
 #include "device_watcher.hpp"
 #include "sdk/errors.hpp"
 #include "sdk/fake_hidapi.hpp"
@@ -48,12 +47,6 @@ std::string text(const DeviceEvent& event) {
   return (event.kind == Kind::arrived ? "+" : "-") +
          std::filesystem::path(event.device.path).filename().string() +
          (event.device.problem.empty() ? "" : "!");
-}
-
-std::vector<std::string> texts(const std::vector<DeviceEvent>& events) {
-  std::vector<std::string> all;
-  for (const DeviceEvent& event : events) all.push_back(text(event));
-  return all;
 }
 
 using Texts = std::vector<std::string>;
@@ -119,55 +112,6 @@ std::string next_text(DeviceWatcher& watcher) {
 }  // namespace
 
 // The comparison ----------------------------------------------------------------------------------
-
-TEST_CASE("changes tell arrivals once and departures once") {
-  DeviceChanges changes(1s);
-  const DeviceChanges::Time t0{};
-  CHECK(texts(changes.update({knob_at("a", "1"), knob_at("b", "2")}, t0)) == Texts{"+a", "+b"});
-  CHECK(changes.update({knob_at("b", "2"), knob_at("a", "1")}, t0 + 1s).empty());
-  CHECK(texts(changes.update({knob_at("b", "2"), knob_at("c", "3")}, t0 + 2s)) ==
-        Texts{"-a", "+c"});
-  CHECK(texts(changes.update({}, t0 + 3s)) == Texts{"-b", "-c"});
-  CHECK(changes.update({}, t0 + 4s).empty());
-}
-
-TEST_CASE("changes tell another knob at the same path, and the same one that was seen to go") {
-  DeviceChanges changes(1s);
-  const DeviceChanges::Time t0{};
-  (void)changes.update({knob_at("a", "1")}, t0);
-  CHECK(texts(changes.update({knob_at("a", "2")}, t0)) == Texts{"-a", "+a"});
-  CHECK(texts(changes.remove("a")) == Texts{"-a"});
-  CHECK(changes.remove("a").empty());
-  CHECK(texts(changes.update({knob_at("a", "2")}, t0)) == Texts{"+a"});
-}
-
-TEST_CASE("changes hold a device back until it has its permission") {
-  DeviceChanges changes(1s);
-  const DeviceChanges::Time t0{};
-  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0).empty());
-  CHECK(changes.waiting());
-  CHECK(texts(changes.update({knob_at("a", "1")}, t0 + 900ms)) == Texts{"+a"});
-  CHECK_FALSE(changes.waiting());
-}
-
-TEST_CASE("changes tell a device without permission when patience ends, and again when it has it") {
-  DeviceChanges changes(1s);
-  const DeviceChanges::Time t0{};
-  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0).empty());
-  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0 + 999ms).empty());
-  CHECK(texts(changes.update({knob_at("a", "1", "no permission")}, t0 + 1s)) == Texts{"+a!"});
-  CHECK_FALSE(changes.waiting());
-  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0 + 2s).empty());
-  CHECK(texts(changes.update({knob_at("a", "1")}, t0 + 3s)) == Texts{"+a"});
-  CHECK(changes.update({knob_at("a", "1")}, t0 + 4s).empty());
-}
-
-TEST_CASE("changes do not tell the departure of a device that never arrived") {
-  DeviceChanges changes(1s);
-  (void)changes.update({knob_at("a", "1", "no permission")}, {});
-  CHECK(changes.update({}, {}).empty());
-  CHECK_FALSE(changes.waiting());
-}
 
 // The thread --------------------------------------------------------------------------------------
 

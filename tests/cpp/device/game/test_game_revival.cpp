@@ -37,23 +37,6 @@ void live(GameRig& rig, int ticks) {
 
 }  // namespace
 
-TEST_CASE("an update brings back at the next tick what silence has ended") {
-  Silenced rig;
-  rig.constant(rig.block, kHalf);
-  rig.tick();
-  CHECK(rig.outputs.motor_command_nm == kHalfNm);
-}
-
-TEST_CASE("an update brings a force back long after the actuator was let go") {
-  Silenced rig;
-  rig.tick(5000);
-  REQUIRE(rig.owner() == Owner::none);
-  rig.constant(rig.block, kHalf);
-  rig.tick(2);
-  CHECK(rig.owner() == Owner::game);
-  CHECK(rig.outputs.motor_command_nm == kHalfNm);
-}
-
 TEST_CASE("an update of one effect does not bring back another") {
   Silenced rig;
   const int other = rig.create(kConstant);
@@ -326,71 +309,6 @@ TEST_CASE("a device that is open again gets its force back with the next update"
   rig.constant(block, kHalf);
   live(rig, 2);
   CHECK(rig.outputs.motor_command_nm == kHalfNm);
-}
-
-TEST_CASE("a start that nobody could hear is heard from the game's next update on") {
-  // Games start an endless force once; Linux from 6.15 on does not pass on a second start.
-  for (const int how : {0, 1, 2, 3}) {
-    CAPTURE(how);
-    GameRig rig;
-    int block = 0;
-    switch (how) {
-      case 0:  // the SDK has the actuator
-        REQUIRE(rig.command(Op::arm) == protocol::Status::ok);
-        rig.tick(60);
-        block = rig.play_constant(kHalf);
-        rig.tick(100);
-        REQUIRE(rig.command(Op::disarm) == protocol::Status::ok);
-        break;
-      case 1:  // a configuration is saved
-        REQUIRE(rig.device->receive(protocol::encode(protocol::Command{3, 0, Op::save})));
-        rig.tick(2);
-        REQUIRE(rig.device->take_slot_write());
-        block = rig.play_constant(kHalf);
-        rig.tick(3);
-        rig.device->storage_written();
-        break;
-      case 2:  // what played before the bus was suspended still fades
-        rig.play_constant(1000);
-        rig.tick(20);
-        rig.device->set_connected(false);
-        rig.tick(20);
-        rig.device->set_connected(true);
-        rig.tick(2);
-        block = rig.play_constant(kHalf);
-        rig.tick(100);
-        break;
-      default:  // games are shut out
-        rig.configure([](protocol::GameConfig& c) { c.enabled = protocol::Toggle::off; });
-        block = rig.play_constant(kHalf);
-        rig.tick(100);
-        rig.configure([](protocol::GameConfig& c) { c.enabled = protocol::Toggle::on; });
-        break;
-    }
-    rig.tick(20);
-    CHECK(rig.outputs.motor_command_nm == 0.0F);
-    rig.constant(block, kHalf + 1);
-    rig.tick(2);
-    CHECK(rig.owner() == Owner::game);
-    CHECK(rig.outputs.motor_command_nm == kHalfNm);
-  }
-}
-
-TEST_CASE("a start that nobody could hear has its time, and a stop ends it") {
-  GameRig rig;
-  REQUIRE(rig.command(Op::arm) == protocol::Status::ok);
-  rig.tick(60);
-  EffectOptions options;
-  options.duration_ms = 200;
-  const int over = rig.play_constant(kHalf, options);
-  const int stopped = rig.play_constant(kHalf);
-  rig.stop(stopped);
-  rig.tick(300);
-  REQUIRE(rig.command(Op::disarm) == protocol::Status::ok);
-  rig.constant(over, 32767);
-  rig.constant(stopped, 32767);
-  rig.tick(20);
-  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
 TEST_CASE("what a game starts during a fault is over with it") {
