@@ -15,6 +15,7 @@ namespace torsio::emulator::test {
 std::vector<Choice> steppers_that_hold() {
   return {{"exact", make_exact_stepper, 1'000'000, 1e-12}};
 }
+std::vector<Choice> all_steppers() { return steppers_that_hold(); }
 
 }  // namespace torsio::emulator::test
 
