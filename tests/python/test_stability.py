@@ -92,18 +92,20 @@ def test_boundary_is_where_a_swing_neither_grows_nor_dies(law: str, rate_hz: flo
         return
     # One root of the characteristic equation lies on the imaginary axis.
     late_s = 0.5 / rate_hz + actuator.motor_time_constant_s
-    filter_s = 1.0 / (2.0 * math.pi * control.speed_bandwidth_hz)
+    pole = math.exp(-2.0 * math.pi * control.speed_bandwidth_hz / rate_hz)
     for d, k in zip(damping[::25], stiffness[::25], strict=True):
 
         def left(w: float, d: float = d, k: float = k) -> complex:
             friction = 0.8 * 4.0 * actuator.knob_coulomb_nm / math.pi
             b = actuator.knob_viscous_nm_s_per_rad
             b += friction * actuator.knob_inertia_kg_m2 * w / actuator.motor_torque_max_nm
-            acts = k * np.exp(-1j * w * late_s) + 1j * d * w * np.exp(-1j * w * (late_s + filter_s))
+            z = np.exp(1j * w / rate_hz)
+            speed = rate_hz * (1.0 - pole) ** 2 * z * (z - 1.0) / (z - pole) ** 2
+            acts = (k + d * speed) * np.exp(-1j * w * late_s)
             return complex(-actuator.knob_inertia_kg_m2 * w * w + 1j * b * w + acts)
 
         # Where its imaginary part changes its sign the real part is nothing too.
-        grid = np.linspace(1.0, 3.2 / (late_s + filter_s), 8000)
+        grid = np.linspace(1.0, 0.91 * math.pi * rate_hz, 8000)
         values = np.array([left(float(w)) for w in grid])
         at = np.flatnonzero(np.diff(np.sign(values.imag)) != 0)
         roots = [brentq(lambda w: left(w).imag, grid[i], grid[i + 1]) for i in at]
@@ -121,6 +123,21 @@ def test_emulated_knob_rests_and_swings_where_it_was_predicted() -> None:
     )  # fmt: skip
     assert found.is_stable.tolist() == [[True, False], [False, False]]
     assert found.stable_to_nm_per_rad.tolist() == [0.5 * predicted, 0.0]
+
+
+@pytest.mark.parametrize("rate_hz", [1e3, 1e4])
+def test_boundary_with_dampers_is_near_what_comes_to_rest(rate_hz: float) -> None:
+    actuator, control = torsio.PlantParams().matching_config(), torsio.ControlConfig()
+    damping, stiffness = stability.boundary(actuator, control, rate_hz)
+    tried = np.array([0.3, 0.5, 0.7]) * damping.max()
+    found = stability.measure(
+        torsio.PlantParams(), actuator, control, rate_hz,
+        stiffness_nm_per_rad=np.geomspace(0.1, 1.2, 25) * stiffness.max(),
+        damping_nm_s_per_rad=tried,
+    )  # fmt: skip
+    for damper, rests_to in zip(tried, found.stable_to_nm_per_rad, strict=True):
+        crossed = np.diff(np.sign(damping - damper)) != 0
+        assert rests_to == pytest.approx(stiffness[:-1][crossed].max(), rel=0.25)
 
 
 def test_plant_of_a_configuration_matches_it() -> None:

@@ -33,20 +33,21 @@ SPEEDS_RAD_S: Final = (6.0, 10.0, 14.0, 18.0, 22.0)
 
 # A fifth is taken off the friction's part, for what the describing function leaves out.
 _TRUSTED_FRICTION: Final = 0.8
+_OF_NYQUIST: Final = 0.9
 _SPIN_UP_SHARE: Final = 0.9
 _DURATION_S, _TAIL_S = 1.0, 0.2
 _ROWS_PER_S: Final = 1000.0
 
 
 def boundary(
-    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float, *, points: int = 4000
+    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float, *, points: int = 8000
 ) -> tuple[Array, Array]:
     """Give the damping and the stiffness of springs with dampers that are just stable.
 
-    A swing of frequency w goes on for ever if ``J (i w)^2 + b i w + (K + d i w) exp(-i w tau)`` is
-    0: the commands act half a period and the motor's lag late. The damper acts later still, by the
-    lag of the speed's estimate. `b` has the friction in it, as its describing function has it where
-    the motor saturates, and spring and brake carry their part at once.
+    A swing of frequency w goes on for ever if ``J (i w)^2 + b i w + (K + d V(w)) exp(-i w tau)`` is
+    0: the commands act half a period and the motor's lag late, and V is the speed estimate of the
+    angle. `b` has the friction in it, as its describing function has it where the motor saturates,
+    and spring and brake carry their part at once.
 
     Returns
     -------
@@ -55,24 +56,25 @@ def boundary(
     """
     inertia = actuator.knob_inertia_kg_m2
     late_s = 0.5 / rate_hz + actuator.motor_time_constant_s
-    damper_late_s = late_s + 1.0 / (2.0 * math.pi * control.speed_bandwidth_hz)
     largest_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     friction = _TRUSTED_FRICTION * 4.0 * actuator.knob_coulomb_nm / math.pi
     share = control.beta if PartitionParams(law=control.law).brakes else 0.0
-    # A damper that comes late by a quarter of a swing feeds it, up to a half.
-    omega = np.linspace(1.0, math.pi / damper_late_s, points)
+    omega = np.geomspace(10.0, _OF_NYQUIST * math.pi * rate_hz, points)
     # Where the motor saturates the swing's speed is T / (J w).
     losses = actuator.knob_viscous_nm_s_per_rad + friction * inertia * omega / largest_nm
-    sine, cosine = np.sin(omega * late_s), np.cos(omega * late_s)
-    damper_sine, damper_cosine = np.sin(omega * damper_late_s), np.cos(omega * damper_late_s)
+    acts_late = np.exp(-1j * omega * late_s)
+    # A difference of the angle behind two poles: core/motion.hpp.
+    pole = math.exp(-2.0 * math.pi * control.speed_bandwidth_hz / rate_hz)
+    back = np.exp(-1j * omega / rate_hz)
+    damper = acts_late * ((1.0 - pole) / (1.0 - pole * back)) ** 2 * (1.0 - back) * rate_hz
 
     def solve(at_once: float, late: float, carried: float) -> tuple[Array, Array]:
-        # (at_once + late cos) K + sin_d d w = J w^2 - carried;  -late sin K + cos_d d w = -b w
-        right = inertia * omega**2 - carried
-        spring = at_once + late * cosine
-        determinant = spring * damper_cosine + late * sine * damper_sine
-        stiffness = (right * damper_cosine + losses * omega * damper_sine) / determinant + carried
-        damping = (right * late * sine - spring * losses * omega) / determinant / omega
+        # spring K + damper d = J w^2 - b i w - what is carried
+        spring = at_once + late * acts_late
+        right = inertia * omega**2 - 1j * losses * omega - carried * (1.0 - acts_late)
+        determinant = (spring.conj() * damper).imag
+        stiffness = (right.conj() * damper).imag / determinant
+        damping = (spring.conj() * right).imag / determinant
         return damping, stiffness
 
     # The brake carries its share of a soft spring, but never more than the shaft's winds up.
