@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "emulator/plain_bytes.hpp"
 #include "emulator/plant/require.hpp"
 
 namespace torsio::emulator {
@@ -147,6 +148,23 @@ void Batch::reset(std::span<const std::uint32_t> loops, std::span<const std::uin
     loops_[loops[i]] = made(loops[i], seeds[i]);
     loops_[loops[i]].sense(&states_[loops[i]]);
   }
+}
+
+std::vector<std::uint8_t> Batch::save() const {
+  for (const ClosedLoopOptions& kind : options_.kinds) {
+    require(!kind.plant.electrics, "the state of a plant with electrics cannot be saved");
+  }
+  std::vector<std::uint8_t> saved;
+  for (const ClosedLoop& loop : loops_) loop.save(saved);
+  add_bytes(saved, std::span(states_));
+  add_bytes(saved, std::span(actions_));
+  return saved;
+}
+
+void Batch::restore(std::span<const std::uint8_t> from) {
+  require(from.size() == save().size(), "the state is of other knobs");
+  for (ClosedLoop& loop : loops_) from = loop.restore(from);
+  take_bytes(take_bytes(from, std::span(states_)), std::span(actions_));
 }
 
 }  // namespace torsio::emulator

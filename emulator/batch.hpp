@@ -52,6 +52,13 @@ class Batch {
   /// @throws std::invalid_argument as the constructor does; nothing is changed then
   void reset(std::span<const std::uint32_t> loops, std::span<const std::uint64_t> seeds);
 
+  /// All that the loops remember, with states and actions, for restore() by the same program.
+  /// @throws std::invalid_argument of a plant with electrics
+  [[nodiscard]] std::vector<std::uint8_t> save() const;
+  /// Goes on from where the batch was that saved this, as if it had never been away.
+  /// @throws std::invalid_argument if it is of other loops; nothing is changed then
+  void restore(std::span<const std::uint8_t> from);
+
   [[nodiscard]] std::size_t size() const { return loops_.size(); }
   /// One a loop: what ClosedLoop::run would write as the row of this moment.
   [[nodiscard]] std::span<LoopRow> states() { return states_; }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "emulator/plain_bytes.hpp"
 #include "emulator/plant/require.hpp"
 #include "emulator/truth.hpp"
 #include "protocol/effects.hpp"
@@ -133,6 +134,24 @@ void ClosedLoop::set_seed(std::uint64_t seed) {
   EncoderParams params = encoder_.params();
   params.seed = seed;
   encoder_ = Encoder(params);
+}
+
+void ClosedLoop::save(std::vector<std::uint8_t>& into) const {
+  const Memory memory{controller_, plant_.memory(), encoder_, held_, decided_, next_late_};
+  add_bytes(into, std::span(&memory, 1));
+  add_bytes(into, std::span(late_));
+}
+
+std::span<const std::uint8_t> ClosedLoop::restore(std::span<const std::uint8_t> from) {
+  Memory memory{controller_, plant_.memory(), encoder_, held_, decided_, next_late_};
+  from = take_bytes(from, std::span(&memory, 1));
+  controller_ = memory.controller;
+  plant_.set_memory(memory.plant);
+  encoder_ = memory.encoder;
+  held_ = memory.held;
+  decided_ = memory.decided;
+  next_late_ = memory.next_late;
+  return take_bytes(from, std::span(late_));
 }
 
 void ClosedLoop::take(const Command& command) {

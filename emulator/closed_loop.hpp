@@ -56,11 +56,26 @@ class ClosedLoop {
   /// The encoder's noise goes on as that of a loop with this seed begins.
   void set_seed(std::uint64_t seed);
 
+  /// Adds the bytes of what it remembers, for restore(). Not of a plant with electrics.
+  void save(std::vector<std::uint8_t>& into) const;
+  /// Goes on from where the loop was that saved this: one with the same options.
+  /// @returns the bytes that follow
+  std::span<const std::uint8_t> restore(std::span<const std::uint8_t> from);
+
   [[nodiscard]] const Plant& plant() const { return plant_; }
   [[nodiscard]] const core::ControllerState& controller() const { return controller_; }
   [[nodiscard]] std::int64_t control_period_ns() const { return period_ns_; }
 
  private:
+  struct Memory {
+    core::ControllerState controller;
+    Plant::Memory plant;
+    Encoder encoder;
+    std::optional<Command> held;
+    Command decided;
+    std::size_t next_late;
+  };
+
   void spin_up(const SpinUp& spin_up);
   /// Lets a period pass in which the actuators follow.
   void follow(const Command& command);

@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "bytes.hpp"
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
@@ -72,6 +73,10 @@ void bind_batch(py::module_& module) {
             batch.reset(which, seeded);
           },
           arg("loops"), arg("seeds"))
+      .def("save", [](const Batch& batch) { return to_bytes(batch.save()); })
+      .def(
+          "restore", [](Batch& batch, const py::bytes& saved) { batch.restore(bytes_of(saved)); },
+          arg("saved"))
       .def_property_readonly("states",
                              [](const py::object& self) {
                                py::array_t<LoopRow> rows = view(self, self.cast<Batch&>().states());

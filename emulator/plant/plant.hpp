@@ -65,6 +65,28 @@ class Plant {
   ///         there time can go on, without a torque of the hand until it is asked again
   void advance(std::int64_t duration_ns);
 
+  /// What it remembers, without its parts and its hand; not all of a plant with electrics.
+  struct Memory {
+    Command command;
+    HeldInputs inputs;
+    PlantState state;
+    PlantState anchor;
+    bool between;
+    std::int64_t grid_ns;
+  };
+  [[nodiscard]] Memory memory() const {
+    return {command_, inputs_, state_, anchor_, between_, grid_ns_};
+  }
+  /// @param memory of a plant that was made in the same way and has the hand that it was made with
+  void set_memory(const Memory& memory) {
+    command_ = memory.command;
+    inputs_ = memory.inputs;
+    state_ = memory.state;
+    anchor_ = memory.anchor;
+    between_ = memory.between;
+    grid_ns_ = memory.grid_ns;
+  }
+
   [[nodiscard]] const PlantState& state() const { return state_; }
   [[nodiscard]] Truth truth() const { return emulator::truth(model_, state_, inputs_); }
   [[nodiscard]] const Command& command() const { return command_; }

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import os
+import pickle
 import signal
 import threading
 import time
@@ -124,6 +126,30 @@ def test_reset_begins_some_anew_and_leaves_the_others() -> None:
     assert bits(knobs.states[[0, 2, 3]]) == bits(first[[0, 2, 3]])
     knobs.reset()
     assert bits(knobs.states) == bits(first)
+
+
+def test_knobs_whose_state_is_set_go_on_to_the_bit() -> None:
+    knobs, others = (Knobs(5, loops(), seeds=3, threads=n) for n in (1, 3))
+    knobs.step(70)
+    state = knobs.state()
+    others.set_state(state)
+    pickled, copied = pickle.loads(pickle.dumps(others)), copy.copy(knobs)
+    every = (knobs, others, pickled, copied)
+    for same in every:
+        same.step(130)
+    assert len({bits(same.states) for same in every}) == 1
+    assert bits(knobs.states[0]) == bits(alone(loops()[0], 3, 200))
+    for bad, said in (
+        (state[:-1] + bytes([state[-1] ^ 1]), "the state is damaged, or not of version"),
+        (b"torsio 0.0.0" + state, "the state is damaged, or not of version"),
+        (Knobs(4).state(), "the state is of other knobs"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            knobs.set_state(bad)
+    assert bits(knobs.states) == bits(others.states)
+    electric = LoopOptions(plant=torsio.PlantParams(electrics=torsio.Electrics()))
+    with pytest.raises(ValueError, match="a plant with electrics cannot be saved"):
+        Knobs(1, electric).state()
 
 
 def test_states_and_actions_are_the_knobs_own_memory() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import warnings
 from typing import Any
 
@@ -13,7 +15,9 @@ from gymnasium.vector import AutoresetMode
 
 import torsio
 from tests.python.test_extras import run
+from torsio import dial
 from torsio.gym import FindDetent, IdentifyShaft, KnobEnv, KnobVectorEnv, RenderWall, Task
+from torsio.telemetry import LOOP_DTYPE
 
 TASKS: list[type[Task]] = [FindDetent, IdentifyShaft, RenderWall]
 
@@ -23,7 +27,7 @@ def test_gymnasiums_own_check_passes(task: type[Task]) -> None:
     with warnings.catch_warnings():
         # It asks for a spec, which only registered environments have.
         warnings.filterwarnings("ignore", message=".*spec")
-        check_env(KnobEnv(task()), skip_render_check=True)
+        check_env(KnobEnv(task(), render_mode="rgb_array"))
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -226,3 +230,60 @@ def test_actions_of_another_shape_are_told_and_change_nothing(actions: Any, word
         env.step(actions)
     good = np.full((4, 2), 0.3, dtype=np.float32)
     assert env.step(good)[0].tobytes() == twin.step(good)[0].tobytes()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_used_environment_is_copied_and_goes_on_alike(copied: Any) -> None:
+    noisy = {"encoder_noise_counts": (0.2, 0.4)}
+    env = gymnasium.make_vec("torsio.gym:torsio/RenderWall-v0", num_envs=3, plant=noisy)
+    env.reset(seed=1)
+
+    def told(of: Any) -> list[bytes]:
+        rng = np.random.default_rng(2)
+        steps = (of.step(rng.uniform(-1, 1, (3, 2)).astype(np.float32)) for _ in range(600))
+        return [seen.tobytes() + reward.tobytes() for seen, reward, *_ in steps]
+
+    told(env)  # into the second episode
+    twin, state = copied(env), env.state()  # type: ignore[attr-defined]
+    first = told(env)
+    assert told(twin) == first != told(env)
+    env.set_state(state)  # type: ignore[attr-defined]
+    assert told(env) == first
+    with pytest.raises(torsio.InvalidArgument, match="not of 2 environments of FindDetent"):
+        KnobVectorEnv(FindDetent(), 2).set_state(state)
+
+
+def test_state_of_one_environment_has_its_draws_too() -> None:
+    env = KnobEnv(IdentifyShaft())
+    env.reset(seed=4)
+    state = env.state()
+    first, _ = env.reset()
+    env.set_state(state)
+    assert np.array_equal(env.reset()[0], first)
+
+
+@pytest.mark.parametrize("angle_rad", [0.5, 4.0])
+def test_picture_shows_angle_and_torques(angle_rad: float) -> None:
+    state = np.zeros(1, LOOP_DTYPE)
+    state["angle_rad"], state["motor_torque_nm"], state["hand_torque_nm"] = angle_rad, -0.05, 0.2
+    image = dial.draw(state[0]).astype(int)
+    orange, blue = dial.BARS["hand_torque_nm"], dial.BARS["motor_torque_nm"]
+    rows, columns = np.nonzero((image[:240] == orange).all(axis=2))
+    shown = np.arctan2(columns.mean() - 119.5, 119.5 - rows.mean())
+    assert shown % (2 * np.pi) == pytest.approx(angle_rad, abs=0.02)
+    assert set(np.nonzero((image == blue).all(axis=2))[1]) == set(range(60, 119))
+    assert set(np.nonzero((image[250:] == orange).all(axis=2))[1]) == set(range(121, 240))
+
+
+def test_video_of_an_episode_is_recorded_by_gymnasiums_own_wrapper() -> None:
+    env = gymnasium.make("torsio.gym:torsio/IdentifyShaft-v0", render_mode="rgb_array")
+    wrapped = gymnasium.wrappers.RenderCollection(env)
+    wrapped.reset(seed=1)
+    for _ in range(3):
+        wrapped.step(np.ones(2, np.float32))
+    frames = wrapped.render()
+    assert len(frames) == 4
+    assert not np.array_equal(frames[0], frames[-1])
+    with pytest.raises(torsio.InvalidArgument, match="allowed are None and 'rgb_array'"):
+        KnobVectorEnv(RenderWall(), 2, render_mode="human")
+    assert KnobVectorEnv(RenderWall(), 2).render() is None

@@ -17,11 +17,14 @@ True
 
 from __future__ import annotations
 
+import sys
 import threading
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from time import monotonic
-from typing import Final, Literal, TypeAlias, get_args
+from typing import Any, Final, Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -43,6 +46,7 @@ ACTION_DTYPE = _torsio.emulator.ACTION_DTYPE
 MOST_AT_ONCE: Final = 10_000_000
 """Knobs that may run together."""
 
+_STATE_OF: Final = f"torsio {_torsio.__version__} {sys.platform}\n".encode()
 _FIRST_TICKS: Final = 100_000
 _LONGEST_S: Final = 0.25  # that a part of a step is meant to take, so that Ctrl-C is heard
 
@@ -99,6 +103,13 @@ class Knobs:
         for kind in kinds:
             checked_options(kind)
         threads = checks.threads(threads)
+        each_options = [kinds[kind] for kind in kind_of]
+        self._made: dict[str, Any] = {
+            "n": n,
+            "options": each_options,
+            "actions": actions,
+            "threads": threads,
+        }
         self._seeds = _seeds(seeds, n)
         self._batch = _torsio.emulator.Batch(
             kinds,
@@ -191,6 +202,36 @@ class Knobs:
         new = self._seeds[chosen] if seeds is None else _seeds(seeds, len(chosen))
         with self._alone():
             self._batch.reset(chosen.astype(np.uint32), new)
+
+    def state(self) -> bytes:
+        """Give all that the knobs remember now, for `set_state` of knobs that were made alike.
+
+        Raises `InvalidArgument` if a plant has electrics.
+        """
+        with self._alone():
+            saved = self._batch.save()
+        return _STATE_OF + zlib.crc32(saved).to_bytes(4, "little") + saved
+
+    def set_state(self, state: bytes) -> None:
+        """Go on from where `state` was given: the same steps give the same bits.
+
+        `pickle` and `copy` use it too. Raises `InvalidArgument` if the state is damaged, or of
+        other knobs or another version; nothing is changed then.
+        """
+        checks.kind("state", state, bytes, "what state() gave")
+        saved = state[len(_STATE_OF) + 4 :]
+        if not state.startswith(_STATE_OF + zlib.crc32(saved).to_bytes(4, "little")):
+            raise InvalidArgument(
+                f"the state is damaged, or not of version {_torsio.__version__} on {sys.platform}"
+            )
+        with self._alone():
+            self._batch.restore(saved)
+
+    __setstate__ = set_state
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Give how to make them anew, and what they remember."""
+        return partial(Knobs, **self._made, seeds=self._seeds), (), self.state()
 
     @contextmanager
     def _alone(self) -> Iterator[None]:

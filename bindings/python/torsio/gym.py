@@ -9,25 +9,26 @@
 
 from __future__ import annotations
 
-from copy import copy
+from copy import copy, deepcopy
+from functools import partial
 from typing import Any, ClassVar
 
 try:
     import gymnasium
-except ModuleNotFoundError as error:
-    if error.name != "gymnasium":
+except ModuleNotFoundError as _error:
+    if _error.name != "gymnasium":
         raise
     from torsio.extras import how_to_install
 
     raise ModuleNotFoundError(
-        f"torsio.gym needs the Python package gymnasium: {how_to_install('gym')}", name=error.name
+        f"torsio.gym needs the Python package gymnasium: {how_to_install('gym')}", name=_error.name
     ) from None
 import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from torsio import checks
+from torsio import checks, dial
 from torsio.batch import MOST_AT_ONCE, Knobs
 from torsio.errors import InvalidArgument
 from torsio.tasks import FindDetent, IdentifyShaft, RenderWall, Task
@@ -37,6 +38,11 @@ __all__ = ["FindDetent", "IdentifyShaft", "KnobEnv", "KnobVectorEnv", "RenderWal
 Observations = npt.NDArray[np.float32]
 _LARGEST = 1e3
 """Beyond what any knob does; observations are clipped to it."""
+
+
+_FRAMES_PER_S = 50
+"""Of a video, a step each: slower than the knob."""
+_REMEMBERED = ("task", "_knobs", "_steps", "_np_random", "_np_random_seed")
 
 
 def _spaces(task: Task) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
@@ -66,26 +72,42 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
     redraw
         Draw other knobs for each new episode, as slow as some hundred steps, and not only in
         `reset`.
+    render_mode
+        ``"rgb_array"`` for `render`, or None.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
         "autoreset_mode": AutoresetMode.NEXT_STEP,
-        "render_modes": [],
+        "render_modes": ["rgb_array"],
+        "render_fps": _FRAMES_PER_S,
     }
 
     def __init__(
-        self, task: Task, num_envs: int, *, threads: int | None = None, redraw: bool = False
+        self,
+        task: Task,
+        num_envs: int,
+        *,
+        threads: int | None = None,
+        redraw: bool = False,
+        render_mode: str | None = None,
     ) -> None:
         """Draw the knobs when `reset` is called."""
         checks.kind("task", task, Task, "a Task")
         # The task keeps what is hidden in the knobs that it drew, which are this environment's.
-        self.task = copy(task)
-        self.num_envs = checks.whole("num_envs", num_envs, 1, MOST_AT_ONCE)
-        self.single_observation_space, self.single_action_space = _spaces(task)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.task: Task = copy(task)
+        self.num_envs: int = checks.whole("num_envs", num_envs, 1, MOST_AT_ONCE)
+        seen, acts = _spaces(task)
+        self.single_observation_space: gymnasium.spaces.Box = seen
+        self.single_action_space: gymnasium.spaces.Box = acts
+        self.observation_space: gymnasium.spaces.Space[Any] = batch_space(seen, self.num_envs)
+        self.action_space: gymnasium.spaces.Space[Any] = batch_space(acts, self.num_envs)
         self._threads = checks.threads(threads)
         self._redraw = redraw
+        if render_mode not in (None, "rgb_array"):
+            raise InvalidArgument(
+                f"render_mode is {checks.show(render_mode)}, allowed are None and 'rgb_array'"
+            )
+        self.render_mode = render_mode
         self._knobs: Knobs | None = None
         self._steps = np.zeros(self.num_envs, dtype=int)
 
@@ -162,6 +184,35 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
             self._begin_again(over)
         return _seen(self.task, self._knobs), reward, no, self._steps == self.task.steps, {}
 
+    def state(self) -> dict[str, Any]:
+        """Give where the environment is now, for `set_state`; it can be pickled."""
+        return deepcopy({name: self.__dict__.get(name) for name in _REMEMBERED})
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go on from where `state` was given: the same actions give the same bits.
+
+        Raises
+        ------
+        InvalidArgument
+            If it is of another task, or of another number of environments.
+        """
+        alike = set(state) == set(_REMEMBERED) and len(state["_steps"]) == self.num_envs
+        if not alike or type(state["task"]) is not type(self.task):
+            raise InvalidArgument(
+                f"the state is not of {self.num_envs} environments of {type(self.task).__name__}"
+            )
+        self._require_open()
+        self.__dict__.update(deepcopy(state))
+
+    def render(self) -> tuple[dial.Image, ...] | None:
+        """Draw each knob now, `torsio.dial.draw`: dial and torques; None without a render mode."""
+        if self.render_mode is None:
+            return None
+        self._require_open()
+        if self._knobs is None:
+            raise gymnasium.error.ResetNeeded("call reset() before render()")
+        return tuple(dial.draw(state) for state in self._knobs.states)
+
     def close_extras(self, **_: Any) -> None:
         """Give the knobs' memory back."""
         self._knobs = None
@@ -202,12 +253,18 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
 class KnobEnv(gymnasium.Env[Observations, Observations]):
     """The same task on one knob, for what knows no vectors. Every episode draws another knob."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+        "render_modes": ["rgb_array"],
+        "render_fps": _FRAMES_PER_S,
+    }
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, *, render_mode: str | None = None) -> None:
         """Draw the knob when `reset` is called."""
-        self._many = KnobVectorEnv(task, 1, threads=1)
-        self.observation_space, self.action_space = _spaces(task)  # type: ignore[assignment]
+        self._many = KnobVectorEnv(task, 1, threads=1, render_mode=render_mode)
+        self.render_mode = render_mode
+        seen, acts = _spaces(task)
+        self.observation_space: gymnasium.spaces.Space[Observations] = seen  # type: ignore[assignment]
+        self.action_space: gymnasium.spaces.Space[Observations] = acts  # type: ignore[assignment]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -222,21 +279,39 @@ class KnobEnv(gymnasium.Env[Observations, Observations]):
         seen, reward, _, ended, info = self._many.step(np.asarray(action)[np.newaxis])
         return seen[0], float(reward[0]), False, bool(ended[0]), info
 
+    def render(self) -> dial.Image | None:
+        """Draw the knob now: dial and torques; None without a render mode."""
+        drawn = self._many.render()
+        return None if drawn is None else drawn[0]
+
+    def state(self) -> dict[str, Any]:
+        """Give where the environment is now, for `set_state`; it can be pickled."""
+        return {"many": self._many.state(), "rng": deepcopy(self.np_random)}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go on from where `state` was given: the same actions give the same bits."""
+        self._many.set_state(state["many"])
+        self.np_random = deepcopy(state["rng"])
+
     def close(self) -> None:
         """Give the knob's memory back."""
         self._many.close()
 
 
-def _register(name: str, task: type[Task]) -> None:
-    gymnasium.register(
-        id=f"torsio/{name}-v0",
-        entry_point=lambda **options: KnobEnv(task(**options)),
-        vector_entry_point=lambda num_envs, **options: KnobVectorEnv(  # type: ignore[arg-type]
-            task(**options), num_envs
-        ),
-    )
+def _one(task: type[Task], *, render_mode: str | None = None, **options: Any) -> KnobEnv:
+    return KnobEnv(task(**options), render_mode=render_mode)
+
+
+def _many(
+    task: type[Task], num_envs: int, *, render_mode: str | None = None, **options: Any
+) -> KnobVectorEnv:
+    return KnobVectorEnv(task(**options), num_envs, render_mode=render_mode)
 
 
 # For gymnasium.make("torsio.gym:torsio/RenderWall-v0"), and make_vec.
 for _task in (FindDetent, IdentifyShaft, RenderWall):
-    _register(_task.__name__, _task)
+    gymnasium.register(
+        id=f"torsio/{_task.__name__}-v0",
+        entry_point=partial(_one, _task),
+        vector_entry_point=partial(_many, _task),
+    )

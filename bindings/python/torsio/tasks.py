@@ -69,8 +69,8 @@ class Task(ABC):
 
     def __init__(self, *, plant: Ranges | None = None, kinds: int = 64) -> None:
         """Look at the ranges."""
-        self.plant = dict(plant or {})
-        self.kinds = checks.whole("kinds", kinds, 1, 1_000_000)
+        self.plant: dict[str, tuple[float, float]] = dict(plant or {})
+        self.kinds: int = checks.whole("kinds", kinds, 1, 1_000_000)
         for name, bounds in self.plant.items():
             if name not in _NUMBERS:
                 raise InvalidArgument(
@@ -97,7 +97,7 @@ class Task(ABC):
         """
         count = min(checks.whole("n", n, 1, MOST_AT_ONCE), self.kinds)
         drawn = [self._draw_kind(rng) for _ in range(count)]
-        self.kind_of = np.arange(n) % count
+        self.kind_of: npt.NDArray[np.int_] = np.arange(n) % count
         self._keep(drawn)
         loops = [loop for loop, _ in drawn]
         if law is not None:
@@ -119,7 +119,7 @@ class Task(ABC):
         return self.draw(loop, rng)
 
     def _keep(self, drawn: list[tuple[LoopOptions, dict[str, float]]]) -> None:
-        self.hidden = {
+        self.hidden: dict[str, Floats] = {
             name: np.array([hidden[name] for _, hidden in drawn])[self.kind_of]
             for name in drawn[0][1]
         }
@@ -156,10 +156,17 @@ class RenderWall(Task):
         Range of the walls.
     """
 
-    actions = "commands"
-    observation_names = ("wanted", "spring", "brake capacity", "speed", "motor", "brake")
-    action_names = ("motor", "brake")
-    steps = 500
+    actions: ClassVar[Actions] = "commands"
+    observation_names: ClassVar[tuple[str, ...]] = (
+        "wanted",
+        "spring",
+        "brake capacity",
+        "speed",
+        "motor",
+        "brake",
+    )
+    action_names: ClassVar[tuple[str, ...]] = ("motor", "brake")
+    steps: ClassVar[int] = 500
 
     WALL_RAD: ClassVar[float] = 0.05
     MOTOR_NM: ClassVar[float] = PlantParams().motor_limit_nm
@@ -240,11 +247,11 @@ class FindDetent(Task):
     The learner pushes the knob and sees how far it has turned it, how fast, and what it feels.
     """
 
-    actions = "hand"
-    observation_names = ("turned", "speed", "felt", "pushed")
-    action_names = ("push",)
-    ticks_per_step = 5
-    steps = 300
+    actions: ClassVar[Actions] = "hand"
+    observation_names: ClassVar[tuple[str, ...]] = ("turned", "speed", "felt", "pushed")
+    action_names: ClassVar[tuple[str, ...]] = ("push",)
+    ticks_per_step: ClassVar[int] = 5
+    steps: ClassVar[int] = 300
 
     PUSH_NM: ClassVar[float] = 0.05
     WIDTH_RAD: ClassVar[float] = 0.06
@@ -295,12 +302,12 @@ class IdentifyShaft(Task):
     The learner's second action is its guess, from half (-1) to twice (1) the reference's stiffness.
     """
 
-    actions = "hand and commands"
-    observation_names = ("turned", "speed", "pushed")
-    action_names = ("push", "guess")
-    drawn = ("shaft_stiffness_nm_per_rad",)
-    ticks_per_step = 5
-    steps = 60
+    actions: ClassVar[Actions] = "hand and commands"
+    observation_names: ClassVar[tuple[str, ...]] = ("turned", "speed", "pushed")
+    action_names: ClassVar[tuple[str, ...]] = ("push", "guess")
+    drawn: ClassVar[tuple[str, ...]] = ("shaft_stiffness_nm_per_rad",)
+    ticks_per_step: ClassVar[int] = 5
+    steps: ClassVar[int] = 60
 
     PUSH_NM: ClassVar[float] = 0.08
     BRAKE_NM: ClassVar[float] = PlantParams().brake_limit_nm
