@@ -30,7 +30,7 @@ from torsio.knob_configuration import CONFIGS
 from torsio.screen import asks, err, out
 from torsio.virtual_knob import cli as virtual_knob
 
-app = typer.Typer(
+app: typer.Typer = typer.Typer(
     help="A USB knob that pushes back.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

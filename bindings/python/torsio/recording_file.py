@@ -114,7 +114,7 @@ class RecordingFile:
         except ModuleNotFoundError as error:
             raise missing() from error
         self.path: Final = Path(path)
-        self.samples = 0
+        self.samples: int = 0
         """Written so far."""
         self._on_close = on_close
         # The times of all messages are the device's, laid on the host's clock once.

@@ -10,8 +10,8 @@ from rich.table import Table
 
 __all__ = ["asks", "err", "line", "out", "progress", "table"]
 
-out = Console(highlight=False)
-err = Console(stderr=True, highlight=False)
+out: Console = Console(highlight=False)
+err: Console = Console(stderr=True, highlight=False)
 
 
 def line(console: Console, text: str) -> None:

@@ -109,8 +109,8 @@ class Player:
         self._tick_s = 1.0 / knob.info.control_rate_hz
         self._motor_lag_s = self._actuator.motor_time_constant_s
         self.drive: Drive | None = None
-        self.torque_share = 1.0
-        self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
+        self.torque_share: float = 1.0
+        self.count_rad: float = 2.0 * np.pi / knob.info.counts_per_rev
 
     @classmethod
     def playing(cls, knob: Knob) -> Player:

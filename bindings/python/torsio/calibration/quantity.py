@@ -92,4 +92,6 @@ class Refusal(Error):
 
     def __init__(self, step: str, reason: str, sentence: str, **facts: Any) -> None:
         super().__init__(f"{step}: {sentence}")
-        self.step, self.reason, self.facts = step, reason, facts
+        self.step: str = step
+        self.reason: str = reason
+        self.facts: dict[str, Any] = facts

@@ -14,7 +14,9 @@ from torsio.screen import asks, err, line, out
 
 __all__ = ["app"]
 
-app = typer.Typer(help="Look into firmware files, and put them on a knob.", no_args_is_help=True)
+app: typer.Typer = typer.Typer(
+    help="Look into firmware files, and put them on a knob.", no_args_is_help=True
+)
 
 
 @app.command("show")

@@ -236,7 +236,7 @@ def examine(knob: Knob) -> KnobFacts:
 
 
 # Names of what may keep a knob from being opened or examined.
-FAILURES = {
+FAILURES: dict[type[Exception], str] = {
     DeviceBusy: "busy",
     PermissionDenied: "permission",
     ProtocolMismatch: "protocol",
