@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import io
 import json
+import math
+import os
 import pickle
+import re
 import subprocess
 import sys
 import warnings
@@ -14,11 +17,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 import torsio
-from torsio import screen
+from torsio import calibration, screen
 
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
 HAND = torsio.EmulatorOptions(hand=torsio.TorqueHand(torque_nm=0.03))
@@ -78,7 +82,7 @@ def test_torque_that_no_motor_gives_and_angles_in_degrees_are_told() -> None:
         for scene, said in (
             (
                 torsio.Detents(per_turn=24, torque_nm=30),
-                f"30 N m; this knob gives {motor_nm:g}",
+                f"30 N m; this knob's motor gives {motor_nm:g}",
             ),
             (torsio.Curve(torque_nm=[0.0, -3.0], span_rad=1.0), r"3 N m.*ends at 0\.3277"),
             ([WALL, ends], far),
@@ -122,7 +126,7 @@ def test_recording_is_short_in_words_and_a_picture_in_notebooks(tmp_path: Path) 
     recorded = torsio.Recorded(log, [{"kind": "play"}])
     assert repr(recorded) == "<torsio.Recorded 200 samples, 0.199 s, 0 lost, 1 events>"
     shown = ElementTree.fromstring(f"<div>{recorded._repr_html_()}</div>")
-    assert len(shown.findall("svg/polyline")) == 2
+    assert len(shown.findall("svg/g/polyline")) == 2
     assert torsio.Recorded(log[:0])._repr_html_().startswith("<p>")
     table = tmp_path / "table.csv"
     recorded.save(table, separator=";", decimal=",")
@@ -130,6 +134,50 @@ def test_recording_is_short_in_words_and_a_picture_in_notebooks(tmp_path: Path) 
     assert [float(cell) for cell in last] == pytest.approx(list(map(float, log[-1].tolist())))
     with pytest.raises(torsio.InvalidArgument, match="separator and decimal are ',' and ','"):
         recorded.save(table, decimal=",")
+
+
+def _svg_points(shown: str) -> list[tuple[float, float]]:
+    """Give the corners of the only curve."""
+    (line,) = ElementTree.fromstring(f"<div>{shown}</div>").iter("polyline")
+    return [(float(x), float(y)) for x, y in (p.split(",") for p in line.attrib["points"].split())]
+
+
+def test_wall_shows_itself_as_a_slope_from_its_angle_on() -> None:
+    points = _svg_points(WALL._repr_html_())
+    # From half a radian before angle 0 to as far behind the wall's 0.1 rad, 480 wide, 120 high.
+    begin = 480 * (0.5 + WALL.angle_rad) / (1.0 + WALL.angle_rad)
+    for x, y in points:
+        assert y == pytest.approx(max(0.0, 120 * (x - begin) / (480 - begin)), abs=0.5)
+    damped = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0, damping_nm_s_per_rad=0.1)
+    assert _svg_points(damped._repr_html_()) == points
+    square = torsio.Periodic(amplitude_nm=0.02, frequency_hz=2.0, waveform="square")
+    assert {y for _, y in _svg_points(square._repr_html_())} == {0.0, 120.0}
+    assert "<svg" not in torsio.Damper(damping_nm_s_per_rad=1e-3)._repr_html_()
+    assert "allowed are 0 to" in torsio.Spring(stiffness_nm_per_rad=-5.0)._repr_html_()
+
+
+def test_knob_telemetry_and_calibration_show_themselves() -> None:
+    with torsio.open("emulated", emulator=HAND) as knob:
+        log = knob.record(0.1)
+        shown = ElementTree.fromstring(f"<div>{knob._repr_html_()}</div>")
+        (pointer,) = shown.iter("line")
+        up, across = (50 - float(pointer.attrib["y2"]), float(pointer.attrib["x2"]) - 50)
+        assert math.atan2(across, up) == pytest.approx(knob.position_rad() % 6.2832, abs=0.02)
+    assert "closed" in knob._repr_html_()
+    assert type(log["angle_rad"]) is np.ndarray
+    for same in (log, log[5:], pickle.loads(pickle.dumps(log))):
+        assert isinstance(same, torsio.Telemetry)
+        assert "samples, 0.0" in str(same._repr_html_())
+    columns: Any = log[["tick", "flags"]]
+    assert columns._repr_html_() is None
+    with torsio.open("emulated") as knob:
+        found = calibration.calibrate(knob, quick=True)
+    assert len(repr(found)) < 100
+    assert all(f"<td>{name}</td>" in found._repr_html_() for name in found.quantities)
+    for figure in (log.plot(), WALL.plot(), found.plot(), torsio.Recorded(log).plot()):
+        assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    with pytest.raises(torsio.InvalidArgument, match="Damper gives torque in motion alone"):
+        torsio.Damper(damping_nm_s_per_rad=1e-3).plot()
 
 
 def _json_of(*arguments: str | Path) -> list[dict[str, Any]]:
@@ -160,6 +208,18 @@ def test_commands_that_show_what_a_knob_does_tell_it_in_json_too(tmp_path: Path)
     lines = _json_of("monitor", *emulated)
     assert lines[-1]["health"]["state"] == "disarmed"
     assert lines[-1]["newest"]["angle_rad"] == 0.0
+
+
+def test_record_tells_on_a_terminal_how_it_does_and_how_it_ends(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    done = subprocess.run(
+        [sys.executable, "-m", "torsio", "record", file, "--device", "emulated", "--seconds", "1"],
+        env={**os.environ, "FORCE_COLOR": "1"}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "Ctrl-C ends it earlier" in done.stderr
+    told = re.findall(r"(\d+) samples, 0 lost, (\d) s left", done.stderr)
+    assert told, done.stderr
+    assert max(int(samples) for samples, _ in told) <= len(torsio.load(file).telemetry)
 
 
 def test_table_cuts_no_name_on_a_narrow_terminal() -> None:

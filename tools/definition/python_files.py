@@ -26,11 +26,14 @@ from torsio import checks
 def python_scenes() -> str:
     """Write the module of effects."""
     body = _IMPORTS.replace("{", "{{").replace("}", "}}").replace("{{all}}", "{all}")
+    body = body.replace(
+        "import checks\n", "import checks\nfrom torsio.effect_methods import EffectMethods\n"
+    )
     body += python.number(
         constants.MAX_TORQUE_NM,
         "Largest torque of any effect. The actuator's own limits are lower.",
     )
-    body += '\n\nclass Effect(checks.ByName):\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
+    body += '\n\nclass Effect(EffectMethods):\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
     body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""What `Knob.play` takes."""\n'
     body += "".join(map(python.data_class, (effects.TIMING, *effects.EFFECTS)))
     body += python.data_class(reports.EXCITATION)

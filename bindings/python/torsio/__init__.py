@@ -60,6 +60,7 @@ from torsio.game_port import GamePort
 from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob
+from torsio.notebook import Telemetry
 from torsio.opening import list_devices, open
 from torsio.plant import (
     Belt,
@@ -162,6 +163,7 @@ __all__ = [
     "Step",
     "Steps",
     "StiffnessWarning",
+    "Telemetry",
     "Timeout",
     "TorqueHand",
     "Transport",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -38,11 +39,20 @@ _STYLE: dict[str, Any] = {
 }
 
 
+class _Shown(Figure):
+    """A figure that a notebook shows without `matplotlib.pyplot`."""
+
+    def _repr_png_(self) -> bytes:
+        data = io.BytesIO()
+        self.savefig(data, format="png")
+        return data.getvalue()
+
+
 @contextmanager
 def drawn(size: tuple[float, float], dpi: int, **options: Any) -> Iterator[Figure]:
     """Give a figure to draw on, and to save, in the project's look."""
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=size, dpi=dpi, facecolor="white", **options)
+        figure = _Shown(figsize=size, dpi=dpi, facecolor="white", **options)
         FigureCanvasAgg(figure)
         yield figure
 

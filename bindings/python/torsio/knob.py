@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from torsio import _torsio, checks
+from torsio import _torsio, checks, notebook
 from torsio.emulated import moves_parts
 from torsio.emulated_knob import Emulator
 from torsio.errors import Closed, Error, StiffnessWarning
@@ -79,6 +79,10 @@ class Knob(KnobConfiguration, KnobTelemetry):
         """Say which device it is and what state it is in."""
         state = self.state if self.is_open else "closed"
         return f"<torsio.Knob {self._path!r} {state}>"
+
+    def _repr_html_(self) -> str:
+        info = self._knob.info() if self.is_open else {}
+        return notebook.knob(repr(self), info, self.position_rad)
 
     @_torsio.all_of
     def close(self) -> Iterable[Callable[[], object]]:

@@ -9,6 +9,7 @@ from typing import Any
 from torsio import _torsio, checks, knob_warnings
 from torsio.errors import Timeout
 from torsio.knob_recording import KnobRecording, hang_on
+from torsio.notebook import Telemetry
 from torsio.telemetry import Record
 from torsio.told import Disarm
 
@@ -71,18 +72,19 @@ class KnobTelemetry:
         """
         return self._knob.latest().reshape(())
 
-    def read(self, *, max_samples: int = 4096, timeout_s: float = 1.0) -> Record:
+    def read(self, *, max_samples: int = 4096, timeout_s: float = 1.0) -> Telemetry:
         """Take samples, oldest first; wait until there is one or the time is over.
 
         Returns
         -------
-        Record
+        Telemetry
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
-        return self._recording.read(
+        taken = self._recording.read(
             checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
             checks.number("timeout_s", timeout_s),
         )
+        return taken.view(Telemetry)
 
     def record(
         self,
@@ -90,7 +92,7 @@ class KnobTelemetry:
         *,
         rate_hz: float | None = None,
         must_stay_armed: bool = False,
-    ) -> Record:
+    ) -> Telemetry:
         """Let time pass and give every sample of that span.
 
         Starts telemetry if it does not run, or if a rate is given. Threads may record at the same
@@ -106,7 +108,7 @@ class KnobTelemetry:
 
         Returns
         -------
-        Record
+        Telemetry
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
         """
         duration_s = checks.number("duration_s", duration_s)
@@ -124,7 +126,7 @@ class KnobTelemetry:
                 warnings.warn(knob_warnings.armed_late(), stacklevel=2)
             elif self._awaits_arm and self._knob.state == "disarmed":
                 warnings.warn(knob_warnings.never_armed(), stacklevel=2)
-            return samples
+            return samples.view(Telemetry)
         except BaseException as error:
             hang_on(error, kept)
             raise
@@ -136,7 +138,7 @@ class KnobTelemetry:
         rate_hz: float | None = None,
         max_samples: int = 4096,
         timeout_s: float = 1.0,
-    ) -> Iterator[Record]:
+    ) -> Iterator[Telemetry]:
         """Iterate over telemetry as it comes, in arrays of one sample or more.
 
         Parameters
@@ -160,7 +162,7 @@ class KnobTelemetry:
 
     def _telemetry(
         self, duration_s: float | None, rate_hz: float | None, max_samples: int, timeout_s: float
-    ) -> Iterator[Record]:
+    ) -> Iterator[Telemetry]:
         rate_hz = self.start_telemetry(rate_hz)
         left = None if duration_s is None else round(duration_s * rate_hz)
         while left is None or left > 0:
@@ -172,7 +174,7 @@ class KnobTelemetry:
                     raise Timeout(f"no telemetry for {timeout_s} s")
                 if left is not None:
                     left -= len(kept[0])
-                yield kept[0]
+                yield kept[0].view(Telemetry)
             except BaseException as error:
                 hang_on(error, kept)
                 raise

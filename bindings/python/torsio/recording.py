@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -20,11 +20,14 @@ from torsio import _torsio
 from torsio.emulator_options import DeviceInput
 from torsio.errors import Error, InvalidArgument
 from torsio.extras import how_to_install
-from torsio.notebook import picture
+from torsio.notebook import Telemetry, picture
 from torsio.recording_file import COLUMNS, ENERGIES, TOPICS, LoggedReport, RecordingFile, missing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 from torsio.told import Energies
 from torsio.whole_file import beside
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]
 
@@ -87,6 +90,10 @@ class Recorded:
 
     def _repr_html_(self) -> str:
         return f"<p>{html.escape(repr(self))}</p>{picture(self.telemetry)}"
+
+    def plot(self) -> Figure:
+        """Draw the telemetry: `torsio.Telemetry.plot`."""
+        return self.telemetry.view(Telemetry).plot()
 
     def save(self, path: str | Path, *, separator: str = ",", decimal: str = ".") -> None:
         """Write the telemetry as a table: Parquet or CSV, by the ending of the path's name.
@@ -181,7 +188,7 @@ def load(path: str | Path) -> Recorded:
         if "versions" not in metadata:
             raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
         return Recorded(
-            telemetry=np.array(found["telemetry"], TELEMETRY_DTYPE),
+            telemetry=np.array(found["telemetry"], TELEMETRY_DTYPE).view(Telemetry),
             samples_lost=sum(found["drop_outs"]),
             metadata=metadata,
             whole=whole,

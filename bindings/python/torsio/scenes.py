@@ -18,6 +18,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Literal, TypeAlias
 
 from torsio import checks
+from torsio.effect_methods import EffectMethods
 
 __all__ = [
     "Constant",
@@ -43,7 +44,7 @@ MAX_TORQUE_NM = 100.0
 """Largest torque of any effect. The actuator's own limits are lower."""
 
 
-class Effect(checks.ByName):
+class Effect(EffectMethods):
     """Base class of all effects."""
 
     __slots__ = ()

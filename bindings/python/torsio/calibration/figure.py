@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from torsio.calibration.proposal import Calibration
+from torsio.calibration.quantity import Fit
 from torsio.drawing import BLUE, ORANGE, TEXT, drawn
-from torsio.whole_file import beside
 
-__all__ = ["draw", "save_figure", "size_of"]
+__all__ = ["draw", "plot_fits", "size_of"]
 
 # More points than this only make the picture slow.
 _MOST_POINTS = 6000
@@ -19,34 +18,30 @@ _MEASURED = "#b8b8b8"
 _FEW_POINTS = 200  # are drawn larger
 
 
-def save_figure(calibration: Calibration, path: Path) -> None:
-    """Draw each step's data with its model above, and the residuals below, as PNG."""
-    with drawn(size_of(calibration), dpi=110) as figure:
-        draw(figure, calibration)
-        with beside(path) as part:
-            figure.savefig(part)
+def plot_fits(fits: Sequence[Fit], title: str) -> Figure:
+    """Draw each step's data with its model above, and the residuals below."""
+    with drawn(size_of(fits), dpi=110) as figure:
+        draw(figure, fits, title)
+    return figure
 
 
-def size_of(calibration: Calibration) -> tuple[float, float]:
+def size_of(fits: Sequence[Fit]) -> tuple[float, float]:
     """Give width and height in inches of what `draw` draws."""
-    rows = (len(calibration.fits) + 1) // 2
+    rows = (len(fits) + 1) // 2
     return 14.0, 5.2 * rows + 1.2
 
 
-def draw(figure: Figure, calibration: Calibration) -> None:
+def draw(figure: Figure, fits: Sequence[Fit], title: str) -> None:
     """Draw each step's data with its model above, and the residuals below."""
-    fits = calibration.fits
     rows = (len(fits) + 1) // 2
-    inches = size_of(calibration)[1]
+    inches = size_of(fits)[1]
     heights = [part for _ in range(rows) for part in (3.0, 1.1, 0.9)]
     grid = figure.add_gridspec(
         3 * rows, 2, height_ratios=heights, hspace=0.12, wspace=0.2,
         left=0.085, right=0.985, top=1 - 1.1 / inches, bottom=0.0,
     )  # fmt: skip
-    serial = calibration.conditions["serial"]
     figure.suptitle(
-        f"Calibration of {serial}: {calibration.seconds:.0f} s of the knob's time",
-        x=0.085, y=1 - 0.3 / inches, va="top", ha="left", fontsize=16, fontweight="bold",
+        title, x=0.085, y=1 - 0.3 / inches, va="top", ha="left", fontsize=16, fontweight="bold",
     )  # fmt: skip
     for number, fit in enumerate(fits):
         row, column = 3 * (number // 2), number % 2

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import html
 import math
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from torsio import perception
+from torsio import notebook, perception
 from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import MEASURED_OF_BOARD, Circuit
 from torsio.calibration.cogging import Cogging
@@ -22,7 +23,11 @@ from torsio.calibration.quantity import Fit, Quantity
 from torsio.calibration.shaft import Shaft
 from torsio.config import ActuatorConfig, BoardConfig, CalibrationConfig, Law, ShaftConfig
 from torsio.errors import Error
+from torsio.extras import need_matplotlib
 from torsio.knob import Knob
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Calibration", "apply", "certain_assist_nm", "put_together"]
 
@@ -30,7 +35,7 @@ __all__ = ["Calibration", "apply", "certain_assist_nm", "put_together"]
 _ASSISTED = 0.73
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration:
     """A knob as found.
 
@@ -72,8 +77,41 @@ class Calibration:
     brake_curve: BrakeCurve | None
     seconds: float
     conditions: dict[str, Any]
-    fits: tuple[Fit, ...] = field(repr=False)
+    fits: tuple[Fit, ...]
     board: BoardConfig | None = None
+
+    @property
+    def title(self) -> str:
+        """Say whose calibration it is, and how long it took."""
+        return (
+            f"Calibration of {self.conditions['serial']}: {self.seconds:.0f} s of the knob's time"
+        )
+
+    def __repr__(self) -> str:
+        """Say whose it is and how much was found."""
+        return (
+            f"<torsio.calibration.Calibration of {self.conditions['serial']!r}, "
+            f"{len(self.quantities)} quantities>"
+        )
+
+    def _repr_html_(self) -> str:
+        found = [
+            (of.name, f"{of.value:.4g} +- {of.standard_uncertainty:.2g}", of.meaning)
+            for of in self.quantities.values()
+        ]
+        twist, torque = zip(*self.curve, strict=True)
+        shaft = notebook.curve(twist, torque, "twist, rad", "torque of the shaft, N m")
+        return f"<p>{html.escape(self.title)}</p>{shaft}{notebook.table(found)}"
+
+    def plot(self) -> Figure:
+        """Draw each step's data with its model, and the residuals.
+
+        A notebook shows the figure; ``savefig(path)`` writes it. Needs the extra ``plot``.
+        """
+        need_matplotlib()
+        from torsio.calibration.figure import plot_fits
+
+        return plot_fits(self.fits, self.title)
 
     def as_dict(self) -> dict[str, Any]:
         """Give all but the pictures, as JSON has it."""

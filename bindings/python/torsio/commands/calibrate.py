@@ -15,6 +15,7 @@ from torsio.calibration import report
 from torsio.extras import need_matplotlib
 from torsio.knob import Knob
 from torsio.screen import line, table
+from torsio.whole_file import beside
 
 _UNIT = re.compile("_(ohm|h|nm_per_a)$")
 
@@ -52,9 +53,8 @@ def measure(
         knob, quick=quick, ambient_c=ambient_c, supply_v=supply_v, progress=step
     )
     if picture is not None:
-        from torsio.calibration.figure import save_figure
-
-        save_figure(found, picture)
+        with beside(picture) as part:
+            found.plot().savefig(part)
         line(say, f"picture  {picture}")
     changed = [] if before is None else calibration.drifts(before, found)
     return {

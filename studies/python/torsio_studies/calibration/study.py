@@ -68,8 +68,8 @@ def run(study: Study) -> Results:
     coverage = [cover(table, name) for name in QUANTITIES]
     through = [cover(driven, name) for name in ALL]
     found = example()
-    with study.figure("fits", size=fits.size_of(found)) as picture:
-        fits.draw(picture, found)
+    with study.figure("fits", size=fits.size_of(found.fits)) as picture:
+        fits.draw(picture, found.fits, found.title)
     figure.draw(study, "coverage", "hidden parameters", table, coverage)
     figure.draw(study, "coverage_driven", "hidden parameters and electrics", driven, through)
     return {
