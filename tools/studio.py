@@ -98,12 +98,13 @@ def build_page() -> Path:
         ],
         check=True,
     )
-    # What tests run in node.
+    # What tests run in node, whose older releases take a file for a script unless they are told.
     modules = [str(STUDIO / f"src/{name}.ts") for name in MODULES]
     subprocess.run(
         [*(esbuild, *modules, "--bundle", "--format=esm", f"--outdir={BUILD / 'modules'}"), *quiet],
         check=True,
     )
+    (BUILD / "modules/package.json").write_text('{"type": "module"}\n', encoding="utf-8")
     for file in (STUDIO / "public").iterdir():
         shutil.copy2(file, PAGE)
     return PAGE

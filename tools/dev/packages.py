@@ -60,6 +60,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "tests": (
             ("doctest-dev", _header("doctest/doctest.h")),
             ("nlohmann-json3-dev", _header("nlohmann/json.hpp")),
+            # Whoever has the tree as an archive has none.
+            ("git", _program("git")),
         ),
         # The boards' firmware, and the processors that it is tested on.
         "firmware": (
