@@ -6,7 +6,6 @@ does not end well, each of them runs again alone, to be told by name with what i
 
 from __future__ import annotations
 
-import fcntl
 import functools
 import json
 import os
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.once import once
 from tools.dev import groups
 
 TREE = Path(__file__).parent.parent
@@ -159,21 +159,11 @@ def run_cases(cases: list[Case], report: Path) -> dict[str, str]:
 
 
 @functools.cache
-def _problems(cases: tuple[Case, ...], run: str) -> dict[str, str]:
+def _problems(cases: tuple[Case, ...]) -> dict[str, str]:
     """Run the cases of one file, once for all workers of a run."""
     first = cases[0]
-    RESULTS.mkdir(parents=True, exist_ok=True)
-    stem = RESULTS / f"{first.preset}-{first.test}-{Path(first.source).stem}"
-    with stem.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        done = stem.with_suffix(".json")
-        if run and done.exists():
-            known = json.loads(done.read_text())
-            if known["run"] == run:
-                earlier: dict[str, str] = known["problems"]
-                return earlier
-        problems = run_cases(list(cases), stem.with_suffix(".xml"))
-        done.write_text(json.dumps({"run": run, "problems": problems}))
+    file = RESULTS / f"{first.preset}-{first.test}-{Path(first.source).stem}.json"
+    problems: dict[str, str] = once(file, lambda: run_cases(list(cases), file.with_suffix(".xml")))
     return problems
 
 
@@ -191,12 +181,10 @@ def files(request: pytest.FixtureRequest) -> dict[tuple[str, str, str], tuple[Ca
 
 def test_cpp(
     files: dict[tuple[str, str, str], tuple[Case, ...]],
-    request: pytest.FixtureRequest,
     case: Case,
 ) -> None:
     if case.name:
-        run = getattr(request.config, "workerinput", {}).get("testrunuid", "")
-        problem = _problems(files[case.preset, case.test, case.source], run)[case.name]
+        problem = _problems(files[case.preset, case.test, case.source])[case.name]
     else:
         problem = _run(case.command, case.limit_s)
     if problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import shutil
 import subprocess
@@ -148,6 +149,35 @@ def test_file_that_a_test_reads_must_be_covered() -> None:
         "tests/c/layouts.py",
     ]
     assert groups.not_covered(test, files) == ["docs/reference/cpp.md"]
+
+
+def _imported(file: Path, known: set[Path]) -> None:
+    """Add the files of tests and tools that a module imports, and that these import."""
+    known.add(file)
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.module:
+            names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        for name in names:
+            source = TREE / f"{name.replace('.', '/')}.py"
+            if name.startswith(("tests.", "tools.")) and source.exists() and source not in known:
+                _imported(source, known)
+
+
+@pytest.mark.parametrize("name", groups.EVERY_CHANGE)
+def test_group_covers_what_its_tests_import(name: str) -> None:
+    missing: dict[str, list[str]] = {}
+    for own in groups.GROUPS[name].tests:
+        for file in [TREE / own] if own.endswith(".py") else (TREE / own).rglob("test_*.py"):
+            known: set[Path] = set()
+            _imported(file, known)
+            test = str(file.relative_to(TREE))
+            if any(test in group.tests for group in groups.GROUPS.values() if group.slow):
+                continue
+            left = groups.not_covered(test, [str(path.relative_to(TREE)) for path in known])
+            if left:
+                missing[test] = left
+    assert missing == {}
 
 
 @pytest.mark.parametrize("to_its_end", [True, False])

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from tests.determinism.determinism import Run
+from tests.once import once
 from tests.vm import results
 from tests.vm.machine import GuestFailed, Machine
 from tools.dev.groups import TURN_VARIABLE
@@ -66,6 +67,10 @@ def pytest_command(arguments: str) -> list[str]:
 @functools.cache
 def _collected() -> list[tuple[str, str]]:
     """Return the kernel and the node id of all tests."""
+    return [(kernel, test) for kernel, test in once(share("session") / "tests.json", _collect)]
+
+
+def _collect() -> list[tuple[str, str]]:
     command = pytest_command(f"--collect-only -q {PATHS}")
     environment = {**os.environ, **_NO_OTHER_PLUGINS, GUEST_VARIABLE: ANY_KERNEL}
     for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST", "PYTEST_ADDOPTS"):

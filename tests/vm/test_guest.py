@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
-import json
 from pathlib import Path
 
 import pytest
 
+from tests.once import once
 from tests.vm import guests, kernel_log, results
 
 
@@ -39,17 +38,9 @@ def failures(request: pytest.FixtureRequest) -> dict[str, str]:
     for kernel, tests in wanted.items():
         if not tests:  # only the log was asked for
             tests.extend(guests.guest_tests(kernel))
-    folder = guests.share("session")
-    folder.mkdir(parents=True, exist_ok=True)
-    run = getattr(request.config, "workerinput", {}).get("testrunuid", "")
-    with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        done = folder / "failures.json"
-        known = json.loads(done.read_text()) if run and done.exists() else {}
-        if known.get("run") != run or not run:
-            known = {"run": run, "failures": guests.run_guests(wanted)}
-            done.write_text(json.dumps(known))
-    failures: dict[str, str] = known["failures"]
+    failures: dict[str, str] = once(
+        guests.share("session") / "failures.json", lambda: guests.run_guests(wanted)
+    )
     return failures
 
 

@@ -34,7 +34,14 @@ _MADE = {
     *("build", "out", "dist", "node_modules", "__pycache__"),
     *(".venv", ".git", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 }
-_BUILDING = ("CMakeLists.txt", "CMakePresets.json", "cmake", "pyproject.toml", "tests/conftest.py")
+_BUILDING = (
+    "CMakeLists.txt",
+    "CMakePresets.json",
+    "cmake",
+    "pyproject.toml",
+    "tests/conftest.py",
+    "tests/once.py",
+)
 _FIRMWARE = ("firmware/core", "firmware/protocol", "firmware/device")
 _LIBRARIES = (*_BUILDING, *_FIRMWARE, "firmware/usb", "firmware/boards", "emulator", "sdk")
 _PYTHON = (*_LIBRARIES, "bindings", "tests/python", "tests/golden")
@@ -97,11 +104,21 @@ _TESTS_USED = (
 _COVERED_BY_CPP = (
     *(*_LIBRARIES, "firmware", "bindings", "studies", "studio", "examples", "tools"),
     *("tests/cpp", "tests/fuzz", "tests/mutation", "tests/determinism", "tests/endurance"),
-    *("tests/golden", "tests/bench"),
+    *("tests/golden", "tests/bench", "tests/vm"),
 )
-_COVERED_BY_BOARDS = (*_PYTHON, "firmware", "studies", "tools", "tests/mutation", *_BOARD_PAGES)
+_COVERED_BY_BOARDS = (
+    *(*_PYTHON, "firmware", "studies", "tools", "tests/mutation", "tests/bench"),
+    *_BOARD_PAGES,
+)
 _COVERED_BY_KERNELS = (
-    *(*_PYTHON, "examples", "studio", "docs/reference/protocol.md"),
+    *(
+        *_PYTHON,
+        "examples",
+        "studio",
+        "tools",
+        "docs/reference/protocol.md",
+        "tests/studio/browser.py",
+    ),
     *("tests/determinism", "tests/bench", "tests/endurance", "tests/cpp"),
 )
 # What pages say of measurements, and the programs that measure.
@@ -144,7 +161,10 @@ GROUPS = {
         "installed C and C++ libraries, and programs of other languages",
         ("tests/c", "tests/test_install.py", "tests/test_other_systems.py"),
         ("release", "languages", "python"),
-        (*_LIBRARIES, "examples", "tests/install", "docs/reference/c.md", "tools"),
+        (
+            *(*_LIBRARIES, "examples", "tests/install", "docs/reference/c.md", "tools"),
+            *("tests/python/cpp_headers.py", "tests/test_guides.py"),
+        ),
     ),
     "board": Group(
         "the firmware's binary in an emulated chip; budgets of instructions, stack and RAM",
@@ -162,7 +182,10 @@ GROUPS = {
         "the studio's page in Chromium, the emulated device as WebAssembly",
         ("tests/studio",),
         ("python", "page"),
-        (*_PYTHON, "studio", "docs/reference", "docs/how-to", "tools"),
+        (
+            *(*_PYTHON, "studio", "docs/reference", "docs/how-to", "tools"),
+            "tests/recordings.py",
+        ),
     ),
     "studies": Group(
         "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",
@@ -218,7 +241,7 @@ GROUPS = {
         "what pages say of binaries and benchmarks",
         _FIGURES,
         ("release", *_BOARD_NEEDS),
-        (*_COVERED_BY_BOARDS, "tests/bench"),
+        _COVERED_BY_BOARDS,
         _EVERY_BOARD,
         slow=True,
     ),

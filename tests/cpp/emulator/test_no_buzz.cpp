@@ -100,9 +100,10 @@ std::int64_t moves_counts(const Trial& trial) {
   return most->position_counts - least->position_counts;
 }
 
+// tests/python/test_no_buzz.py has more stiffnesses and speeds, on the boards' own loops.
 void check_at_rest(bool two_sided, std::int64_t rate_hz) {
-  for (const double stiffness : {0.0, 1.0, 8.0, 20.0, 50.0, 200.0, 1e4, 1e6}) {
-    for (const double speed : {0.5, 2.0, 5.0, 10.0, 18.0}) {
+  for (const double stiffness : {0.0, 8.0, 200.0, 1e6}) {
+    for (const double speed : {0.5, 5.0, 18.0}) {
       for (const Held held : {Held::off, Held::stiff, Held::soft, Held::weight}) {
         // Nothing holds a weight where there is no wall.
         if (held == Held::weight && stiffness == 0.0) continue;
@@ -139,7 +140,7 @@ TEST_CASE("calibrated_law_spring_of_any_stiffness_comes_to_rest_at_20_khz") {
 
 TEST_CASE("calibrated_law_wall_that_knocks_comes_to_rest") {
   for (const double stiffness : {1.0, 20.0, 200.0, 1e6}) {
-    for (const double speed : {0.5, 2.0, 5.0, 10.0, 18.0}) {
+    for (const double speed : {0.5, 5.0, 18.0}) {
       for (const Held held : {Held::off, Held::stiff, Held::soft, Held::weight}) {
         for (const std::int64_t rate_hz : {10'000, 20'000}) {
           CAPTURE(stiffness);

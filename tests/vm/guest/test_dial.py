@@ -170,11 +170,11 @@ def test_detents_are_felt_where_the_units_are(bus: VirtualBus, tmp_path: Path) -
 
 
 def to_and_fro(knob: VirtualKnob, folder: Path, events: Events, begin: float) -> tuple[int, int]:
-    """Turn one detent on and back again four times, and return the detents each way."""
+    """Turn one detent on and back again twice, and return the detents each way."""
     turn_detents(knob, folder, [(0.1, np.floor(begin) + 1)], begin=begin)
     events.sums()
     at, up, down = np.floor(begin) + 1, 0, 0
-    for _ in range(4):
+    for _ in range(2):
         turn_detents(knob, folder, [(0.1, at + 1)], begin=at)
         down -= events.sums()[EV_REL, REL_WHEEL]
         turn_detents(knob, folder, [(0.1, at)], begin=at + 1)
@@ -188,13 +188,13 @@ def test_single_detents_are_heard_wherever_a_program_has_left_the_knob(
     knob = plug_dial(bus, tmp_path, **{"dial-torque-nm": "0"})
     events = Events(knob)
     at = 0.0
-    for place in (0.25, 3.4, 6.5, 9.7):
+    for place in (0.25, 6.5):  # tests/cpp/device/dial has every place
         with torsio.open(knob.serial) as opened:
             opened.arm()
             turn(knob, tmp_path, [(0.0, at * PITCH_RAD), (0.2, place * PITCH_RAD)])
             let_pass(knob, 0.3)
         let_pass(knob, 0.2)
-        assert to_and_fro(knob, tmp_path, events, place) == (4, 4)
+        assert to_and_fro(knob, tmp_path, events, place) == (2, 2)
         at = np.floor(place) + 1
     events.close()
 
