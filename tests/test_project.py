@@ -101,7 +101,7 @@ LATE = {
     *("mujoco", "mujoco.rollout", "distributed"),
     *("torsio.cli", "torsio.studio.server", "torsio.studio.watching"),
     *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.stability_figure"),
-    "torsio.plots",
+    *("torsio.plots", "torsio.trading.figure"),
     "torsio",  # by the fixtures of pytest
     # ... and what the other commands need not wait for.
     *("torsio_studies.execution", "f'torsio_studies.{name}.study'"),

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import re
 import subprocess
-from pathlib import Path
 
 import pytest
 
+import torsio
+from firmware.protocol.definition import costs
 from tests.mcu import mcu
 from tests.mcu.mcu import CHIPS
 from tools import firmware_report, stack_bound, uf2
+from torsio.trading.answers import board_shares
 
-BUDGETS = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
+BUDGETS = costs.INSTRUCTIONS
 MARGIN = 1.10
 MOST_INSTRUCTIONS = 249  # of a wall on the product; before the field lists it took as many
 MOST_CALIBRATED = 305  # of a wall with that law, before GCC 14
@@ -103,6 +104,19 @@ def test_documents_say_how_many_instructions_a_tick_takes(
         if scene.startswith("bent"):
             count -= measured[board, "straight shaft 1"]
         assert told == pytest.approx(count, rel=mcu.as_documented(0.04), abs=1.0), row
+
+
+def test_time_of_a_tick_is_near_that_of_the_binary() -> None:
+    text = (mcu.TREE / "docs/results.md").read_text(encoding="utf-8")
+    table = text.split("<!-- begin: damped walls -->")[1].split("<!-- end")[0]
+    damped = torsio.Wall(stiffness_nm_per_rad=1.4, damping_nm_s_per_rad=1e-3)
+    for column, walls in enumerate((0, 1, 4, 6)):
+        for board in board_shares([damped] * walls, torsio.ControlConfig()):
+            row = re.search(rf"^\| `{board.board}`[^|]*\|(.*)\|$", table, re.M)
+            assert row
+            told_us = float(row[1].split("|")[column])
+            assert board.time_ns / 1e3 == pytest.approx(told_us, rel=0.15)
+            assert board.share == board.time_ns / {"pico": 1e5, "pico2": 5e4}[board.board]
 
 
 @pytest.fixture(scope="module")

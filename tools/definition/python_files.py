@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from emulator.definition import plant
-from firmware.protocol.definition import configurations, constants, effects, reports, told
+from firmware.protocol.definition import configurations, constants, costs, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import python
 from tools.definition.shared import LISTS, PLANT_LISTS
@@ -21,6 +21,49 @@ from torsio import checks
 
 {all}
 """
+
+
+_BOARD_COST = '''\
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+{all}
+
+
+@dataclass(frozen=True)
+class BoardCost:
+    """What a tick costs on a board.
+
+    Attributes
+    ----------
+    period_ns
+        From tick to tick.
+    empty_ns
+        The control interrupt's time with an empty scene.
+    instruction_ns
+        Of a further instruction.
+    empty
+        Instructions of an armed tick with an empty scene.
+    law
+        That the law adds as soon as an effect plays.
+    calibrated
+        That the law "calibrated" adds to that.
+    effects
+        That each effect adds, by the name of its class.
+    """
+
+    period_ns: int
+    empty_ns: int
+    instruction_ns: float
+    empty: int
+    law: int
+    calibrated: int
+    effects: dict[str, int]
+
+
+'''
 
 
 def python_scenes() -> str:
@@ -224,7 +267,31 @@ def python_statuses() -> str:
     return python.module(text, LISTS, body, ("FAULT_ADVICE", "STATUS_NAMES"))
 
 
+def python_board_costs() -> str:
+    """Write the module of what a scene costs on each board, from counts of one or two effects."""
+    boards = ""
+    for board, counted in costs.INSTRUCTIONS.items():
+        empty, one, two = (counted[f"walls {count}"] for count in range(3))
+        law = (one - empty) - (two - one)
+        extra = counted["walls, calibrated 1"] - one
+        each = {of.name: counted[f"{of.snake} 1"] - empty - law for of in effects.EFFECTS}
+        time = costs.TIMES_NS[board]
+        boards += (
+            f'    "{board}": BoardCost(\n'
+            f"        period_ns={time['period']},\n        empty_ns={time['empty']},\n"
+            f"        instruction_ns={time['instruction']},\n        empty={empty},\n"
+            f"        law={law},\n        calibrated={extra},\n        effects={{{{\n"
+            + "".join(f'            "{name}": {count},\n' for name, count in each.items())
+            + "        }},\n    ),\n"
+        )
+    body = _BOARD_COST + f"BOARDS: Final = {{{{\n{boards}}}}}\n"
+    body += '"""By the name of the board\'s folder."""\n'
+    text = "Instructions and time of a control tick on each board, by the effects that play."
+    return python.module(text, LISTS, body, ("BOARDS", "BoardCost"))
+
+
 FILES = {
+    "bindings/python/torsio/board_costs.py": python_board_costs,
     "bindings/python/torsio/plant.py": python_plant,
     "bindings/python/torsio/beginnings.py": python_beginnings,
     "bindings/python/torsio/hands.py": python_hands,

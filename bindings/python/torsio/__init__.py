@@ -91,6 +91,7 @@ from torsio.told import (
     MotorCurrent,
     StableStiffness,
 )
+from torsio.trading import Trade, trade
 from torsio.transport import Transport
 
 __version__ = _torsio.__version__
@@ -166,6 +167,7 @@ __all__ = [
     "Telemetry",
     "Timeout",
     "TorqueHand",
+    "Trade",
     "Transport",
     "__version__",
     "carry_out",
@@ -183,6 +185,7 @@ __all__ = [
     "replay",
     "start_bootloader",
     "telemetry",
+    "trade",
     "update_firmware",
     "watch",
     *scenes.__all__,

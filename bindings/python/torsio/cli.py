@@ -24,6 +24,7 @@ from torsio.commands import (
     recordings,
     settings,
     stability,
+    trade,
 )
 from torsio.commands.shared import AsJson, Device, opened, plainly, print_json, value_text
 from torsio.knob_configuration import CONFIGS
@@ -212,3 +213,4 @@ live.add_to(app)
 orders.add_to(app)
 recordings.add_to(app)
 stability.add_to(app)
+trade.add_to(app)

@@ -17,7 +17,7 @@ from torsio.core import PartitionParams
 from torsio.plant import PlantParams
 from torsio.scenes import Damper, Scene, Spring
 
-__all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure"]
+__all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure", "plant_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -37,6 +37,22 @@ _OF_NYQUIST: Final = 0.9
 _SPIN_UP_SHARE: Final = 0.9
 _DURATION_S, _TAIL_S = 1.0, 0.2
 _ROWS_PER_S: Final = 1000.0
+
+
+def plant_of(actuator: ActuatorConfig) -> PlantParams:
+    """Give the knob that a configuration speaks of; what it leaves out is as in the reference."""
+    return PlantParams(
+        knob_inertia_kg_m2=actuator.knob_inertia_kg_m2,
+        knob_viscous_nm_s_per_rad=actuator.knob_viscous_nm_s_per_rad,
+        knob_coulomb_nm=actuator.knob_coulomb_nm,
+        brake_drag_nm=actuator.brake_drag_nm,
+        shaft_stiffness_nm_per_rad=actuator.spring_stiffness_nm_per_rad,
+        brake_time_constant_s=actuator.brake_time_constant_s,
+        motor_time_constant_s=actuator.motor_time_constant_s,
+        motor_limit_nm=actuator.motor_torque_max_nm,
+        brake_limit_nm=actuator.brake_torque_max_nm,
+        counts_per_rev=actuator.counts_per_rev,
+    )
 
 
 def boundary(

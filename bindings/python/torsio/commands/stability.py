@@ -15,7 +15,6 @@ from torsio import perception, stability
 from torsio.commands.shared import AsJson, Device, opened, plainly, print_json
 from torsio.config import ActuatorConfig, ControlConfig
 from torsio.extras import need_matplotlib
-from torsio.plant import PlantParams
 from torsio.screen import err, line, out
 
 __all__ = ["add_to"]
@@ -25,22 +24,6 @@ _DAMPINGS, _QUICK_DAMPINGS = 11, 3
 # Around what is predicted, of a scene without a damper.
 _SOFTEST, _STIFFEST = 0.2, 5.0
 _MOST_DAMPING = 1.3
-
-
-def plant_of(actuator: ActuatorConfig) -> PlantParams:
-    """Give the knob that a configuration speaks of; what it leaves out is as in the reference."""
-    return PlantParams(
-        knob_inertia_kg_m2=actuator.knob_inertia_kg_m2,
-        knob_viscous_nm_s_per_rad=actuator.knob_viscous_nm_s_per_rad,
-        knob_coulomb_nm=actuator.knob_coulomb_nm,
-        brake_drag_nm=actuator.brake_drag_nm,
-        shaft_stiffness_nm_per_rad=actuator.spring_stiffness_nm_per_rad,
-        brake_time_constant_s=actuator.brake_time_constant_s,
-        motor_time_constant_s=actuator.motor_time_constant_s,
-        motor_limit_nm=actuator.motor_torque_max_nm,
-        brake_limit_nm=actuator.brake_torque_max_nm,
-        counts_per_rev=actuator.counts_per_rev,
-    )
 
 
 def _told(
@@ -88,7 +71,7 @@ def stability_command(
     ) as bar:  # fmt: skip
         task = bar.add_task("map")
         found = stability.measure(
-            plant_of(actuator), actuator, control, rate_hz,
+            stability.plant_of(actuator), actuator, control, rate_hz,
             stiffness_nm_per_rad=told.stiffness_nm_per_rad
             * np.geomspace(_SOFTEST, _STIFFEST, _QUICK_SPRINGS if quick else _SPRINGS),
             damping_nm_s_per_rad=np.linspace(0.0, most, _QUICK_DAMPINGS if quick else _DAMPINGS),

@@ -1,0 +1,96 @@
+"""Instructions and time of a control tick on each board, by the effects that play."""
+
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
+# change those instead.
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+__all__ = [
+    "BOARDS",
+    "BoardCost",
+]
+
+
+@dataclass(frozen=True)
+class BoardCost:
+    """What a tick costs on a board.
+
+    Attributes
+    ----------
+    period_ns
+        From tick to tick.
+    empty_ns
+        The control interrupt's time with an empty scene.
+    instruction_ns
+        Of a further instruction.
+    empty
+        Instructions of an armed tick with an empty scene.
+    law
+        That the law adds as soon as an effect plays.
+    calibrated
+        That the law "calibrated" adds to that.
+    effects
+        That each effect adds, by the name of its class.
+    """
+
+    period_ns: int
+    empty_ns: int
+    instruction_ns: float
+    empty: int
+    law: int
+    calibrated: int
+    effects: dict[str, int]
+
+
+BOARDS: Final = {
+    "pico2": BoardCost(
+        period_ns=50000,
+        empty_ns=6500,
+        instruction_ns=12.2,
+        empty=171,
+        law=26,
+        calibrated=66,
+        effects={
+            "Wall": 37,
+            "Spring": 52,
+            "Damper": 19,
+            "Friction": 28,
+            "Inertia": 26,
+            "Constant": 59,
+            "Ramp": 64,
+            "Periodic": 91,
+            "Detents": 65,
+            "EndStops": 38,
+            "Texture": 78,
+            "Curve": 36,
+            "Impact": 278,
+        },
+    ),
+    "pico": BoardCost(
+        period_ns=100000,
+        empty_ns=33200,
+        instruction_ns=7.2,
+        empty=1836,
+        law=515,
+        calibrated=1793,
+        effects={
+            "Wall": 954,
+            "Spring": 709,
+            "Damper": 223,
+            "Friction": 379,
+            "Inertia": 324,
+            "Constant": 213,
+            "Ramp": 447,
+            "Periodic": 1686,
+            "Detents": 1637,
+            "EndStops": 391,
+            "Texture": 1554,
+            "Curve": 326,
+            "Impact": 1613,
+        },
+    ),
+}
+"""By the name of the board's folder."""

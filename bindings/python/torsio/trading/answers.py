@@ -1,0 +1,351 @@
+"""`torsio.trade`: what of the simulation a scene needs, measured."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from torsio import checks
+from torsio.batch import Knobs
+from torsio.board_costs import BOARDS
+from torsio.closed_loop import LoopOptions, reports
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.emulator_options import EmulatorOptions
+from torsio.hands import Hand
+from torsio.plant import Cogging, PlantParams
+from torsio.recording import Recorded
+from torsio.scenes import Scene
+from torsio.trading.extremes import Extreme, extremes
+from torsio.trading.runs import (
+    HIGHEST_HZ,
+    RATES_HZ,
+    WHOLE,
+    Kept,
+    Runs,
+    Variant,
+    emulated_options,
+    variants,
+)
+from torsio.trading.sources import options_of
+from torsio.trading.visits import CHOOSE, VERIFY, Difference, effects_of
+
+__all__ = ["BoardShare", "Row", "Trade", "board_shares", "pasteable", "trade"]
+
+Progress = Callable[[str, int, int], None]
+
+_TIMED: Final = 6  # of the cheapest proposals, timed again in turns
+_ROUNDS: Final = 3
+_SAME: Final = 1.1  # times as dear, which a busy machine cannot tell
+_TOGETHER: Final = 64
+_CONFIGURATION_REPORTS: Final = 3
+_REPORT_BYTES: Final = 64
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a variant changes, and what it costs.
+
+    Attributes
+    ----------
+    difference
+        From all parts at the highest rate, the worst of the visits.
+    cpu_s
+        CPU time of one core for a second of the knob.
+    wire_bytes_per_s
+        Both ways, of the whole device; None: nothing is sent.
+    is_on_front
+        No variant that may be proposed is both cheaper and truer.
+    """
+
+    name: str
+    variant: Variant
+    difference: Difference
+    cpu_s: float
+    wire_bytes_per_s: float | None = None
+    is_on_front: bool = False
+
+    @property
+    def ns_per_tick(self) -> float:
+        """CPU time of a control tick."""
+        return 1e9 * self.cpu_s / self.variant.rate_hz
+
+    @property
+    def knobs_in_real_time(self) -> float:
+        """How many knobs one core simulates in real time."""
+        return 1.0 / self.cpu_s
+
+
+@dataclass(frozen=True)
+class BoardShare:
+    """What a control tick of the scene costs on a board, from counted instructions.
+
+    Attributes
+    ----------
+    instructions
+        Of the device's code.
+    time_ns
+        Of the whole control interrupt.
+    share
+        Of the period; from 0.95 on the board raises the fault `overrun`.
+    """
+
+    board: str
+    instructions: int
+    time_ns: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Trade:
+    """What a scene needs.
+
+    Attributes
+    ----------
+    wanted_jnds
+        By how much the torque that is felt may differ at most.
+    rows
+        What was tried; the reference first.
+    proposal
+        The cheapest row that stays within what was wanted on the visits that it was chosen by.
+    options
+        The emulated knob that it is.
+    verified
+        By how much the proposal differs on visits that were not used to choose.
+    on_device
+        The same of the whole device, which is opened with `options`, on one of these visits.
+    boards
+        What a tick costs on each board.
+    scene_bytes
+        On the wire, to play the scene.
+    extremes
+        How far the scene may be stretched; empty if that was not asked.
+    """
+
+    wanted_jnds: float
+    rows: tuple[Row, ...]
+    proposal: Row
+    options: EmulatorOptions
+    verified: Difference
+    on_device: Row
+    boards: tuple[BoardShare, ...]
+    scene_bytes: int
+    extremes: tuple[Extreme, ...]
+
+    @property
+    def short_by_jnds(self) -> float:
+        """By how much the proposal is worse than wanted where it was verified; 0: it is not."""
+        worst = max(self.verified.jnds, self.on_device.difference.jnds)
+        return max(0.0, worst - self.wanted_jnds)
+
+    @property
+    def holds(self) -> bool:
+        """The proposal stays within what was wanted on every visit."""
+        return self.short_by_jnds == 0.0
+
+    def row(self, **of: Any) -> Row:
+        """Give the row of ``Variant(**of)``: `left_out`, `rate_hz`, `counts_per_rev`, `law`.
+
+        Raises
+        ------
+        KeyError
+            If that was not tried.
+        """
+        wanted = Variant(**of)
+        for row in self.rows:
+            if row.variant == wanted:
+                return row
+        raise KeyError(wanted.name)
+
+    def paste(self) -> str:
+        """Give the call that makes `options`."""
+        return pasteable(self.options)
+
+
+def trade(
+    scene: Scene | str | Path | Recorded,
+    *,
+    hand: Hand | None = None,
+    plant: PlantParams | None = None,
+    wanted: float = 0.5,
+    control: ControlConfig | None = None,
+    actuator: ActuatorConfig | None = None,
+    shaft: ShaftConfig | None = None,
+    board: BoardConfig | None = None,
+    quick: bool = False,
+    stretch: bool = True,
+    keep: str | Path | None = None,
+    threads: int | None = None,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> Trade:
+    """Find out which parts, and which control rate, the simulation of a scene needs.
+
+    The scene is played with all parts at 20 kHz. Then parts are left out, the rate, the encoder and
+    the law are changed, and each run is compared with the first one. Nothing is estimated.
+
+    Parameters
+    ----------
+    scene
+        Effects; a Python file that sets `scene`, and perhaps any of the parameters below; or a
+        recording, whose configuration and measured motion then count.
+    hand
+        Who visits the scene. None: fingers that turn through it, press, and come back.
+    plant
+        The knob with all its parts. None: the reference actuator with every part there is.
+    wanted
+        How much of the torque that is felt may differ, in JNDs of 7.6 mN m; > 0.
+    control, actuator, shaft, board
+        What the device is configured to. None: its default law, and what the plant truly is.
+    quick
+        Leave out one part, or all of them, in place of every combination.
+    stretch
+        Find the extremes too.
+    keep
+        A file for what is measured: an interrupted trade goes on from there. A `FeedbackHand` is
+        known by its address in memory, so its trade begins anew.
+    on_progress
+        Called with what is done now, how much is done, and of how much.
+
+    Raises
+    ------
+    Error, ValueError, TypeError
+        That names what is wrong with scene, file or options.
+    """
+    checks.positive("wanted", wanted)
+    options = options_of(
+        scene,
+        {
+            "hand": hand, "plant": plant, "control": control, "actuator": actuator,
+            "shaft": shaft, "board": board,
+        },
+    )  # fmt: skip
+    count = checks.threads(threads)
+    runs = Runs(options, Kept(None if keep is None else Path(keep)), count)
+    tried = variants(options, quick=quick)
+    found = runs.measure(tried, CHOOSE, lambda *done: on_progress("trying", *done))
+    if quick:
+        harmless = _most_harmless(tried, found)
+        tried += harmless
+        found += runs.measure(harmless, CHOOSE)
+    rows = _with_front([Row(one.name, one, *of) for one, of in zip(tried, found, strict=True)])
+    proposal = _choose(rows, options, wanted)
+    on_progress("verifying", 0, 3)
+    ((verified, _),) = runs.measure([proposal.variant], VERIFY)
+    on_progress("verifying", 1, 3)
+    devices = [
+        Row(f"whole device, {one.name}", one, *runs.on_device(one, VERIFY[0]))
+        for one in dict.fromkeys((Variant(), proposal.variant))
+    ]
+    on_progress("verifying", 2, 3)
+    rows += [_in_batch(proposal, runs), *devices]
+    on_progress("verifying", 3, 3)
+    stretched: list[Extreme] = []
+    if stretch:
+        stretched = extremes(
+            options, proposal.variant, wanted, lambda *done: on_progress("stretching", *done)
+        )
+    return Trade(
+        wanted_jnds=wanted,
+        rows=tuple(rows),
+        proposal=proposal,
+        options=emulated_options(proposal.variant.of(options)),
+        verified=verified,
+        on_device=devices[-1],
+        boards=board_shares(options.scene, options.control),
+        scene_bytes=_REPORT_BYTES * (len(reports(options)) - _CONFIGURATION_REPORTS),
+        extremes=tuple(stretched),
+    )
+
+
+def _most_harmless(tried: list[Variant], found: list[tuple[Difference, float]]) -> list[Variant]:
+    """Give the two, three, ... parts that change least alone, left out together at low rates."""
+    alone = {
+        one.left_out[0]: difference.largest_nm
+        for one, (difference, _) in zip(tried, found, strict=True)
+        if len(one.left_out) == 1 and one.rate_hz == HIGHEST_HZ and one.left_out[0] not in WHOLE
+    }
+    least = sorted(alone, key=lambda part: alone[part])
+    return [
+        Variant(left_out=tuple(part for part in alone if part in least[:count]), rate_hz=rate_hz)
+        for count in range(2, len(least))
+        for rate_hz in (RATES_HZ[-1], RATES_HZ[-2])
+    ]
+
+
+def _with_front(rows: list[Row]) -> list[Row]:
+    best, front = float("inf"), set[str]()
+    may = (row for row in rows if row.variant.may_be_proposed)
+    for row in sorted(may, key=lambda row: (row.cpu_s, row.difference.largest_nm)):
+        if row.difference.largest_nm < best:
+            best = row.difference.largest_nm
+            front.add(row.name)
+    return [replace(row, is_on_front=row.name in front) for row in rows]
+
+
+def _choose(rows: list[Row], options: LoopOptions, wanted: float) -> Row:
+    """Give the cheapest row within what is wanted; the first ones are timed again, in turns."""
+    within = [r for r in rows if r.variant.may_be_proposed and r.difference.jnds <= wanted]
+    first = sorted(within, key=lambda row: row.cpu_s)[:_TIMED]
+    times = [[row.cpu_s] for row in first]
+    for _ in range(_ROUNDS):
+        for row, so_far in zip(first, times, strict=True):
+            so_far.append(_batch_cpu_s(row.variant.of(options), 1, 0.5))
+    cpu_s = [min(of) for of in times]
+    # Of what costs the same, the smallest.
+    same = [row for row, one in zip(first, cpu_s, strict=True) if one <= _SAME * min(cpu_s)]
+    return max(same, key=lambda row: len(row.variant.left_out))
+
+
+def _batch_cpu_s(options: LoopOptions, knobs: int, duration_s: float) -> float:
+    together = Knobs(knobs, options, threads=1)
+    begin_s = time.thread_time()
+    together.step(max(1, round(1e9 * duration_s / options.control_period_ns)))
+    return (time.thread_time() - begin_s) / duration_s / knobs
+
+
+def _in_batch(proposal: Row, runs: Runs) -> Row:
+    """Play the proposal's first visit in `torsio.batch`, millisecond by millisecond."""
+    visit = CHOOSE[0]
+    options = proposal.variant.of(visit.of(runs.options))
+    knobs = Knobs(1, options, seeds=options.seed, threads=1)
+    rows = runs.reference(visit).copy()
+    for row in range(len(rows)):
+        knobs.step(1 if row == 0 else round(1e6 / options.control_period_ns))
+        rows[row] = knobs.states[0]
+    difference = runs.difference(proposal.variant, visit, rows)
+    cpu_s = _batch_cpu_s(options, _TOGETHER, 0.2)
+    return Row(f"torsio.batch, {proposal.name}", proposal.variant, difference, cpu_s)
+
+
+def board_shares(scene: Scene | None, control: ControlConfig) -> tuple[BoardShare, ...]:
+    """Give what a tick costs on each board while every effect of the scene plays."""
+    effects = effects_of(scene)
+    shares = []
+    for board, cost in BOARDS.items():
+        more = sum(cost.effects[type(effect).__name__] for effect in effects)
+        more += cost.law if effects else 0
+        more += cost.calibrated if control.law == "calibrated" else 0
+        time_ns = cost.empty_ns + more * cost.instruction_ns
+        shares.append(BoardShare(board, cost.empty + more, time_ns, time_ns / cost.period_ns))
+    return tuple(shares)
+
+
+def pasteable(value: Any, indent: str = "") -> str:
+    """Write a value as Python makes it, without what is as by default."""
+    if not is_dataclass(value) or isinstance(value, type):
+        return repr(value)
+    inner = indent + "    "
+    given = [
+        f"{inner}{of.name}={pasteable(getattr(value, of.name), inner)},\n"
+        for of in fields(value)
+        if of.init and getattr(value, of.name) != of.default
+    ]
+    if isinstance(value, Cogging):
+        amplitude = max(value.torque_nm)
+        sine = {"periods_per_rev": value.periods_per_rev, "amplitude_nm": amplitude}
+        if value == Cogging.sine(**sine):  # type: ignore[arg-type]
+            return f"torsio.Cogging.sine({', '.join(f'{k}={v!r}' for k, v in sine.items())})"
+    body = f"\n{''.join(given)}{indent}" if given else ""
+    return f"torsio.{type(value).__name__}({body})"

@@ -1,0 +1,222 @@
+"""How far a scene may be stretched: where a simulation stops being true, where the knob swings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Final
+
+import numpy as np
+
+from torsio import perception
+from torsio.beginnings import InitialState
+from torsio.closed_loop import LoopOptions, simulate, simulate_many
+from torsio.errors import Error
+from torsio.hands import NoHand, TorqueHand
+from torsio.scenes import Effect, Periodic, Timing
+from torsio.stability import SPEEDS_RAD_S
+from torsio.telemetry import Record
+from torsio.trading.runs import Variant
+from torsio.trading.visits import Visit, effects_of, felt_nm, moved, steady_nm
+
+__all__ = ["Extreme", "extremes"]
+
+_WEIGHTS: Final = (-0.6, -0.3, 0.3, 0.6)  # of what the motor gives
+_SETTLED_S, _WINDOW_S, _LASTING_RAD = 1.0, 0.2, 1e-3
+_REST_COUNTS: Final = 3
+_REVERSALS: Final = 4
+_LADDERS: Final[dict[str, tuple[str, tuple[float, ...]]]] = {
+    "stiffness": ("times", (1, 1.5, 2, 3, 5, 10, 30, 100, 1000)),
+    "control rate": ("Hz", (20_000, 10_000, 5_000, 2_000, 1_000, 500, 200, 100)),
+    "less inertia": ("times", (1, 0.5, 0.2, 0.1, 0.01, 1e-3)),
+    "more inertia": ("times", (1, 2, 5, 10, 100, 1000)),
+    "angle": ("turns", (1, 1e3, 1e6, 1e8, 1e12)),
+    "duration": ("hours", (1, 24, 1000, 1e5)),
+}
+_SWINGS: Final = "the knob swings"
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """How far one quantity may go.
+
+    Attributes
+    ----------
+    quantity, unit
+        What is stretched: stiffness and inertia by multiples of what they are.
+    true_to
+        The last step up to which the proposal stays within what was wanted; None: not even the
+        first one.
+    swings_at
+        The first step at which the knob, thrown into the scene, swings; None: none of them.
+    breaks, breaks_at
+        What goes first beyond the scene as it is, and at which step; "" and None: nothing does.
+    is_bounded
+        False: `true_to` is the last step that was tried.
+    """
+
+    quantity: str
+    unit: str
+    true_to: float | None
+    swings_at: float | None
+    breaks: str
+    breaks_at: float | None
+    is_bounded: bool
+
+
+def extremes(
+    options: LoopOptions,
+    proposal: Variant,
+    wanted: float,
+    on_progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> list[Extreme]:
+    """Stretch each quantity of a loop, step by step.
+
+    At each step the proposal is compared with all parts at the highest rate, both stretched. Angle
+    and duration are compared with the same visit near the zero, and at the beginning.
+    """
+    found = []
+    for done, quantity in enumerate(_LADDERS):
+        found.append(_stretch(quantity, options, proposal, wanted))
+        on_progress(done + 1, len(_LADDERS))
+    return found
+
+
+def _stretch(quantity: str, options: LoopOptions, proposal: Variant, wanted: float) -> Extreme:
+    unit, steps = _LADDERS[quantity]
+    true_to = swings_at = breaks_at = None
+    breaks, is_true, before = "", True, set[str]()
+    for step in steps:
+        try:
+            jnds, broken = _at(quantity, step, options, proposal)
+        except (Error, ValueError, RuntimeError) as refusal:
+            jnds, broken = math.inf, {str(refusal).partition(";")[0]}
+        is_true = is_true and jnds <= wanted
+        true_to = step if is_true else true_to
+        swings_at = step if swings_at is None and _SWINGS in broken else swings_at
+        if not is_true and math.isfinite(jnds):
+            broken.add(f"the error is {perception.text(jnds)}")
+        if breaks_at is None and (new := sorted(broken - before)):
+            breaks, breaks_at = new[0], step
+        # What the scene does as it is breaks nothing.
+        before = broken if step == 1 and quantity not in ("angle", "duration") else before
+        if not is_true and (swings_at is not None or not math.isfinite(jnds)):
+            break
+    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, true_to != steps[-1])
+
+
+def _at(
+    quantity: str, step: float, options: LoopOptions, proposal: Variant
+) -> tuple[float, set[str]]:
+    """Give the proposal's error at a step in JNDs, and what is the matter there."""
+    duration_s = Visit().lasts_s(options.hand)
+    options = Visit().of(options)
+    true, less = Variant().of(options), proposal.of(options)
+    turned_rad = 0.0
+    if quantity == "control rate":
+        less = replace(less, control_period_ns=round(1e9 / step))
+    elif quantity == "angle":
+        true, less = less, _turned(less, step)
+        turned_rad = 2.0 * math.pi * round(step)
+    elif quantity == "duration":
+        ticks = round(step * 3600 * 1e9 / less.control_period_ns)
+        true, less = _later(less, ticks), replace(less, first_tick=ticks)
+    else:
+        true, less = (_scaled(quantity, one, step) for one in (true, less))
+    felt, runs = [], []
+    for one, back_rad in ((true, 0.0), (less, turned_rad)):
+        every = max(1, round(1_000_000 / one.control_period_ns))
+        run = simulate(one, duration_s=duration_s, record_every=every)
+        run["angle_rad"] -= back_rad
+        runs.append(run)
+        felt.append(
+            np.interp(_times_s(duration_s), run["time_s"], felt_nm(run, one.plant, one.hand))
+        )
+    broken = {
+        words
+        for name, words in (
+            ("motor_saturated", "the motor gives all it can"),
+            ("brake_saturated", "the brake holds all it can"),
+            ("numeric_error", "the scene's torque is no number"),
+        )
+        if runs[1][name].any()
+    }
+    if quantity not in ("angle", "duration") and _swings(less):
+        broken.add(_SWINGS)
+    return perception.torque_jnds(steady_nm(felt[1] - felt[0])), broken
+
+
+def _times_s(duration_s: float) -> np.typing.NDArray[np.float64]:
+    return np.asarray(np.arange(round(1e3 * duration_s)) * 1e-3, dtype=np.float64)
+
+
+def _scaled(quantity: str, options: LoopOptions, factor: float) -> LoopOptions:
+    if quantity == "stiffness":
+        scene = [_stiffer(effect, factor) for effect in effects_of(options.scene)]
+        return replace(options, scene=scene)
+    inertia = factor * options.plant.knob_inertia_kg_m2
+    return replace(options, plant=replace(options.plant, knob_inertia_kg_m2=inertia))
+
+
+def _stiffer(effect: Any, factor: float) -> Effect:
+    """Scale a stiffness, or else the torque of an effect along the turn, which is as stiff."""
+    values, changes = vars(effect), dict[str, Any]()
+    if "stiffness_nm_per_rad" in values:
+        changes["stiffness_nm_per_rad"] = factor * values["stiffness_nm_per_rad"]
+    elif "torque_nm" in values and "timing" not in values:
+        torque = values["torque_nm"]
+        several = isinstance(torque, tuple)
+        changes["torque_nm"] = [factor * one for one in torque] if several else factor * torque
+    scaled: Effect = replace(effect, **changes)
+    return scaled
+
+
+def _turned(options: LoopOptions, turns: float) -> LoopOptions:
+    """Begin whole turns away, where the device's zero then is; the hand goes there too."""
+    hand = options.hand
+    if not isinstance(hand, TorqueHand):
+        hand = moved(hand, lambda at_s, rad: (at_s, rad + 2.0 * math.pi * turns))
+    initial = replace(options.initial or InitialState(), revolutions=round(turns))
+    return replace(options, hand=hand, initial=initial)
+
+
+def _later(options: LoopOptions, ticks: int) -> LoopOptions:
+    """Give the scene as it is after so many ticks, with waves put there in whole numbers."""
+    passed_s = Fraction(ticks * options.control_period_ns, 10**9)
+    scene: list[Any] = []
+    effect: Any
+    for effect in effects_of(options.scene):
+        values = vars(effect)
+        if "timing" not in values:
+            scene.append(effect)
+        elif values["timing"].duration_s == 0.0:
+            changes: dict[str, Any] = {"timing": Timing()}
+            if isinstance(effect, Periodic):
+                waves = passed_s * Fraction(effect.frequency_hz)
+                changes["phase_turns"] = float((Fraction(effect.phase_turns) + waves) % 1)
+            scene.append(replace(effect, **changes))
+    return replace(options, scene=scene)
+
+
+def _swings(options: LoopOptions) -> bool:
+    """Throw the knob into the scene and press it, both ways; say whether it swings for ever."""
+    thrown = [
+        replace(options, hand=NoHand(), initial=InitialState(speed_rad_s=way * speed))
+        for speed in SPEEDS_RAD_S
+        for way in (-1.0, 1.0)
+    ]
+    for share in _WEIGHTS:
+        weight_nm = share * options.plant.motor_limit_nm
+        thrown.append(replace(options, hand=TorqueHand(torque_nm=weight_nm), initial=None))
+    runs = simulate_many(thrown, duration_s=_SETTLED_S + _WINDOW_S)
+    return any(_lasts(run, options) for run in runs)
+
+
+def _lasts(run: Record, options: LoopOptions) -> bool:
+    late = run[run["time_s"] >= _SETTLED_S]
+    speed = late["speed_rad_s"][late["speed_rad_s"] != 0.0]
+    reversals = np.count_nonzero(np.diff(np.sign(speed)))
+    least_rad = max(_LASTING_RAD, _REST_COUNTS * 2.0 * math.pi / options.plant.counts_per_rev)
+    return bool(reversals >= _REVERSALS and np.ptp(late["angle_rad"]) > least_rad)

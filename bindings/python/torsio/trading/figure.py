@@ -1,0 +1,59 @@
+"""The picture of a trade: error against cost; needs the extra `plot`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from matplotlib.axes import Axes
+
+from torsio.drawing import BLACK, BLUE, GREY, ORANGE, TEXT, WALL_FILL, drawn
+from torsio.trading.answers import Row, Trade
+from torsio.trading.runs import HIGHEST_HZ
+from torsio.whole_file import beside
+
+__all__ = ["panel", "save_figure"]
+
+_LEAST_JNDS = 1e-3
+
+
+def _shown(row: Row) -> tuple[float, float]:
+    return 1e3 * row.cpu_s, max(row.difference.jnds, _LEAST_JNDS)
+
+
+def panel(axes: Axes, found: Trade, title: str) -> None:
+    """Draw one trade: right costs more, low is truer."""
+    may = [row for row in found.rows if row.variant.may_be_proposed]
+    tried = [row for row in may if row.name == row.variant.name]
+    axes.set(xscale="log", yscale="log", title=title)
+    axes.axhspan(_LEAST_JNDS / 2, found.wanted_jnds, color=WALL_FILL, zorder=0)
+    axes.plot(*zip(*map(_shown, tried), strict=True), ".", color=GREY, label="tried")
+    front = sorted(_shown(row) for row in tried if row.is_on_front)
+    axes.plot(*zip(*front, strict=True), "o-", color=BLUE, ms=5, lw=1.2, label="front")
+    device = _shown(found.on_device)
+    axes.plot(*device, "s", color=ORANGE, ms=6, label="whole device, other visit")
+    axes.plot(*_shown(found.proposal), "D", color=BLACK, ms=8, label="proposed")
+    together: dict[tuple[int, int], list[Row]] = {}
+    for row in tried:
+        if len(row.variant.left_out) == 1 and row.variant.rate_hz == HIGHEST_HZ:
+            x, y = (round(10.0 * math.log10(value)) for value in _shown(row))
+            together.setdefault((x // 3, y), []).append(row)
+    for rows in together.values():
+        names = ", ".join(row.variant.left_out[0] for row in rows)
+        axes.annotate(
+            f"no {names}", _shown(rows[0]), (-6, 0), fontsize=8, color=TEXT,
+            textcoords="offset points", va="center", ha="right",
+        )  # fmt: skip
+    axes.set_ylim(bottom=_LEAST_JNDS / 2)
+    axes.set_xlabel("CPU time for a second of the knob, ms")
+
+
+def save_figure(found: Trade, path: Path, title: str = "What this scene needs") -> None:
+    """Draw it and save a PNG."""
+    with drawn((8.5, 6.0), dpi=120, layout="constrained") as figure:
+        axes = figure.subplots()
+        panel(axes, found, title)
+        axes.set_ylabel("largest change of the felt torque, JND")
+        figure.legend(loc="outside lower center", ncols=4, frameon=False, labelcolor=TEXT)
+        with beside(path) as part:
+            figure.savefig(part)

@@ -1,0 +1,193 @@
+"""Where the scene of a trade comes from: Python, a file of it, or a recording."""
+
+from __future__ import annotations
+
+import json
+import runpy
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from torsio import checks, scenes
+from torsio.closed_loop import LoopOptions
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.errors import Error, InvalidArgument
+from torsio.hands import Hand, PrescribedMotion
+from torsio.plant import (
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    Electrics,
+    PlantParams,
+    ShaftHardening,
+)
+from torsio.recording import Recorded, load
+from torsio.scenes import Effect, Timing
+from torsio.stability import plant_of
+from torsio.trading.runs import PARTS, WHOLE
+from torsio.trading.visits import effects_of, usual_hand
+
+__all__ = ["EVERYTHING", "configuration_of", "configured", "options_of", "plant_with"]
+
+EVERYTHING: Final = PlantParams(
+    shaft_hardening=ShaftHardening(),
+    brake_hysteresis=BrakeHysteresis(),
+    belt=Belt(),
+    cogging=Cogging.sine(periods_per_rev=12, amplitude_nm=2e-3),
+    electrics=Electrics(),
+    encoder_noise_counts=0.25,
+)
+"""The reference actuator with every part."""
+
+_PATH_EVERY_S: Final = 0.01
+_WAY_S, _WAY_RAD_S = 0.5, 5.0  # to where a path begins: least time, and speed
+_KNOWN: Final = {
+    "hand": Hand,
+    "plant": PlantParams,
+    "control": ControlConfig,
+    "actuator": ActuatorConfig,
+    "shaft": ShaftConfig,
+    "board": BoardConfig,
+}
+
+
+def options_of(scene: Any, given: dict[str, Any]) -> LoopOptions:
+    """Give the closed loop of a scene with what is given beside it.
+
+    Raises
+    ------
+    Error
+        If a file has no scene, or a recording too little.
+    TypeError
+        If something is of another kind than it must be.
+    """
+    found: dict[str, Any] = {}
+    if isinstance(scene, str | Path):
+        path = Path(scene)
+        found = _from_python(path) if path.suffix == ".py" else _from_recording(load(path))
+        scene = found.pop("scene")
+    elif isinstance(scene, Recorded):
+        found = _from_recording(scene)
+        scene = found.pop("scene")
+    found |= {name: value for name, value in given.items() if value is not None}
+    effects = effects_of(scene)
+    for effect in effects:
+        checks.kind("scene", effect, Effect, "effects, a file or a recording")
+    for name, value in found.items():
+        checks.kind(name, value, _KNOWN[name], f"a {_KNOWN[name].__name__}")
+    plant = found.get("plant", EVERYTHING)
+    # The device knows what it was calibrated to, whatever a simulation leaves out.
+    beliefs = {"actuator": plant.matching_config(), "shaft": plant.matching_shaft()}
+    if isinstance(found.get("hand"), PrescribedMotion):
+        found["hand"] = _from_zero(found["hand"])
+    return LoopOptions(
+        scene=effects, **{"hand": usual_hand(effects), "plant": plant, **beliefs, **found}
+    )
+
+
+def _from_zero(hand: PrescribedMotion) -> PrescribedMotion:
+    """Let a path begin at angle 0, where the device's zero is."""
+    path = np.asarray(hand.angle_rad, dtype=np.float64)
+    begin_rad = path[0, 1]
+    if begin_rad == 0.0:
+        return hand
+    way_s = max(_WAY_S, abs(begin_rad) / _WAY_RAD_S)
+    path[:, 0] += way_s - path[0, 0]
+    return PrescribedMotion(angle_rad=[(0.0, 0.0), *path])
+
+
+def _from_python(path: Path) -> dict[str, Any]:
+    """Run a file that sets `scene`, and perhaps `hand`, `plant` and configurations."""
+    try:
+        found = runpy.run_path(str(path))
+    except OSError:
+        raise
+    except Exception as error:  # whatever the file raises
+        raise Error(f"{path} fails: {type(error).__name__}: {error}") from error
+    if "scene" not in found:
+        raise Error(f"{path} sets no `scene`: write scene = torsio.Wall(...) in it")
+    return {name: found[name] for name in ("scene", *_KNOWN) if found.get(name) is not None}
+
+
+def _from_recording(recorded: Recorded) -> dict[str, Any]:
+    """Take the last scene that was played, the configuration, and the motion that was measured."""
+    played = [event["scene"] for event in recorded.events if event["kind"] == "play"]
+    armed = recorded.telemetry[recorded.telemetry["flags"] & 3 == 1]
+    if not played or len(armed) < 2:
+        raise Error("the recording has no scene that was played while the knob was armed")
+    every = max(1, round(_PATH_EVERY_S / float(np.median(np.diff(armed["time_s"])))))
+    # The mean of a hundredth of a second: steps of the encoder are no motion of the hand.
+    whole = len(armed) // every * every
+    rows = [armed[name][:whole].reshape(-1, every).mean(axis=1) for name in ("time_s", "angle_rad")]
+    if len(rows[0]) < 2:
+        raise Error(f"the recording has {armed['time_s'][-1] - armed['time_s'][0]:.3g} s in it")
+    path = np.column_stack([rows[0] - rows[0][0], rows[1]])
+    kept = recorded.metadata["configuration"]
+    known = {
+        name: kind(**kept[kind.__name__]) for name, kind in _KNOWN.items() if kind.__name__ in kept
+    }
+    return {
+        "scene": [_effect(one) for one in played[-1]],
+        "hand": PrescribedMotion(angle_rad=path),
+        "plant": configured(known["actuator"], known["shaft"], EVERYTHING),
+        **known,
+    }
+
+
+def configured(actuator: ActuatorConfig, shaft: ShaftConfig, parts: PlantParams) -> PlantParams:
+    """Give the plant that a calibrated configuration tells of, with further parts of another."""
+    told = plant_of(actuator)
+    knee = None
+    if shaft.knee_1_rad > 0.0:  # a plant has one
+        factor = shaft.knee_1_nm_per_rad / actuator.spring_stiffness_nm_per_rad
+        knee = ShaftHardening(knee_rad=shaft.knee_1_rad, stiffness_factor=factor)
+    width = actuator.brake_hysteresis_nm
+    return replace(
+        told,
+        brake_inertia_kg_m2=actuator.brake_inertia_kg_m2 or told.brake_inertia_kg_m2,
+        shaft_hardening=knee,
+        brake_hysteresis=BrakeHysteresis(half_width_nm=width) if width > 0.0 else None,
+        belt=parts.belt,
+        cogging=parts.cogging,
+        electrics=parts.electrics,
+        encoder_noise_counts=parts.encoder_noise_counts,
+    )
+
+
+def plant_with(names: str) -> PlantParams:
+    """Give the reference actuator with these parts of `EVERYTHING`, named with commas between."""
+    wanted = {name.strip() for name in names.split(",") if name.strip()}
+    known = set(PARTS) - set(WHOLE)
+    if unknown := wanted - known:
+        raise InvalidArgument(
+            f"there is no part {', '.join(sorted(unknown))}; there are {', '.join(sorted(known))}"
+        )
+    without: dict[str, Any] = {}
+    for name in known - wanted:
+        without |= PARTS[name]
+    return replace(EVERYTHING, **without)
+
+
+def configuration_of(path: Path, parts: PlantParams | None) -> dict[str, Any]:
+    """Read the text of `torsio config dump`: configurations, and the plant that they tell of."""
+    try:
+        text = json.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = {
+            name: kind(**text.get(f"{name}_config", {}))
+            for name, kind in _KNOWN.items()
+            if name not in ("hand", "plant")
+        }
+    except (ValueError, TypeError, AttributeError) as error:
+        raise InvalidArgument(f"{path} is no configuration of a knob: {error}") from None
+    plant = configured(found["actuator"], found["shaft"], parts or EVERYTHING)
+    return {**found, "plant": plant}
+
+
+def _effect(values: dict[str, Any]) -> Effect:
+    kind = getattr(scenes, str(values["type"]))
+    known = {field.name for field in fields(kind)}
+    timing = {"timing": Timing(**values["timing"])} if "timing" in values else {}
+    made: Effect = kind(**{k: v for k, v in values.items() if k in known} | timing)
+    return made

@@ -1,0 +1,137 @@
+"""A trade in words, and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from typing import Any
+
+from torsio import perception
+from torsio.trading.answers import Row, Trade
+from torsio.trading.runs import HIGHEST_HZ, RATES_HZ
+
+__all__ = ["as_dict", "lines"]
+
+
+def lines(found: Trade) -> Iterator[str]:
+    """Say what matters: each part, rate and change, the proposal, boards and extremes."""
+    reference = found.rows[0]
+    yield (f"All parts at {HIGHEST_HZ // 1000} kHz cost {_cost(reference)}: the reference.")
+    for row in found.rows:
+        one = row.variant
+        if len(one.left_out) == 1 and one.rate_hz == HIGHEST_HZ:
+            yield _of_part(one.left_out[0], row, reference, found)
+    for rate in RATES_HZ[1:]:
+        row = found.row(rate_hz=rate)
+        yield f"{rate // 1000} kHz {_changes(row)} and {_saves(row, reference)}."
+    for row in found.rows:
+        if row.variant.counts_per_rev or row.variant.law:
+            yield f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}."
+        if row.variant.other_noise:
+            yield f"Other noise {_changes(row)}: smaller differences cannot be told."
+    for row in found.rows:
+        if row.name != row.variant.name:  # in the batch, or the whole device
+            wire = ""
+            if row.wire_bytes_per_s is not None:
+                wire = f" and {row.wire_bytes_per_s / 1e3:.0f} kB/s on the wire"
+            yield f"As {row.name}: {_changes(row)}, costs {_cost(row)}{wire}."
+    yield from _proposal(found)
+    for board in found.boards:
+        fits = "" if board.share < 0.95 else ": too much, the board would raise `overrun`"
+        yield (
+            f"On `{board.board}` a tick is {board.instructions:,} instructions and "
+            f"{100 * board.share:.0f} % of its period{fits}."
+        )
+    yield f"To play the scene takes {found.scene_bytes} bytes on the wire."
+    yield from (_of_extreme(one) for one in found.extremes)
+
+
+def _proposal(found: Trade) -> Iterator[str]:
+    row = found.proposal
+    yield f"Proposed: {row.name}. It {_changes(row)} and {_saves(row, found.rows[0])}."
+    verified = f"{perception.text(found.verified.jnds)} on other visits, and "
+    verified += f"{perception.text(found.on_device.difference.jnds)} on the whole device"
+    if found.holds:
+        yield f"Verified: {verified}. {perception.text(found.wanted_jnds)} was wanted."
+    else:
+        short = perception.text(found.short_by_jnds)
+        yield f"It falls short by {short}: {verified}. Ask for less than {found.wanted_jnds:g}."
+
+
+def _of_part(name: str, row: Row, reference: Row, found: Trade) -> str:
+    share = 100 * (1.0 - row.cpu_s / reference.cpu_s)
+    costs = f"costs {share:.0f} %" if share >= 1.0 else "costs nothing"
+    if name in found.proposal.variant.left_out:
+        verdict = "leave it out"
+    elif row.difference.jnds > found.wanted_jnds or name in ("brake", "spring and brake"):
+        verdict = "keep it"
+    else:
+        verdict = "keep it beside what is left out" if share >= 1.0 else "keep it"
+    what = perception.text(row.difference.jnds)
+    return f"{name[0].upper()}{name[1:]} changes what is felt by {what} and {costs}: {verdict}."
+
+
+def _changes(row: Row) -> str:
+    if row.difference.missed:
+        return (
+            f"changes what is felt by {perception.text(row.difference.jnds)}, crosses "
+            f"{row.difference.missed} edges more or fewer"
+        )
+    return (
+        f"changes what is felt by {perception.text(row.difference.jnds)}, "
+        f"contacts by {1e3 * row.difference.contact_s:.2g} ms"
+    )
+
+
+def _cost(row: Row) -> str:
+    return (
+        f"{row.ns_per_tick:,.0f} ns a tick, {row.knobs_in_real_time:,.0f} knobs in real time on a "
+        "core"
+    )
+
+
+def _saves(row: Row, reference: Row) -> str:
+    share = 100 * (1.0 - row.cpu_s / reference.cpu_s)
+    return f"saves {share:.0f} %" if share >= 1.0 else "saves nothing"
+
+
+def _of_extreme(one: Any) -> str:
+    true = "is true nowhere on this way"
+    if one.true_to is not None:
+        beyond = "" if one.is_bounded else ", the last that was tried"
+        true = f"stays true to {one.true_to:g} {one.unit}{beyond}"
+    swings = "" if one.swings_at is None else f"; swings at {one.swings_at:g} {one.unit}"
+    breaks = ""
+    if one.breaks:
+        breaks = f"; first, at {one.breaks_at:g} {one.unit}, {one.breaks}"
+    return f"{one.quantity[0].upper()}{one.quantity[1:]} {true}{swings}{breaks}."
+
+
+def as_dict(found: Trade) -> dict[str, Any]:
+    """Give all of it as JSON has it."""
+    return {
+        "wanted_jnds": found.wanted_jnds,
+        "holds": found.holds,
+        "short_by_jnds": found.short_by_jnds,
+        "proposal": _row(found.proposal),
+        "options": found.paste(),
+        "verified": found.verified.as_dict(),
+        "on_device": _row(found.on_device),
+        "rows": [_row(row) for row in found.rows],
+        "boards": [asdict(one) for one in found.boards],
+        "scene_bytes": found.scene_bytes,
+        "extremes": [asdict(one) for one in found.extremes],
+    }
+
+
+def _row(row: Row) -> dict[str, Any]:
+    return {
+        "name": row.name,
+        "left_out": list(row.variant.left_out),
+        "rate_hz": row.variant.rate_hz,
+        **row.difference.as_dict(),
+        "ns_per_tick": row.ns_per_tick,
+        "knobs_in_real_time": row.knobs_in_real_time,
+        "wire_bytes_per_s": row.wire_bytes_per_s,
+        "is_on_front": row.is_on_front,
+    }

@@ -1,0 +1,304 @@
+"""What a scene needs: against closed forms, independent counts, and theory."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from firmware.protocol.definition import costs
+from torsio import perception, stability
+from torsio.cli import app
+from torsio.closed_loop import LoopOptions, simulate
+from torsio.config import ControlConfig
+from torsio.trading import extremes as stretching
+from torsio.trading.answers import board_shares, pasteable
+from torsio.trading.runs import Kept, Runs, Variant
+from torsio.trading.sources import EVERYTHING, options_of
+from torsio.trading.visits import Difference, Visit, differ, felt_nm
+
+COGGING = torsio.Cogging.sine(periods_per_rev=12, amplitude_nm=2e-3)
+MOTOR_ONLY = ControlConfig(law="motor_only")
+WALL = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.4)
+SPRING = torsio.Spring(stiffness_nm_per_rad=0.5)
+# A turn of 0.2 rad in 2 s, whatever that takes: speed and place are known in closed form.
+SPEED = 0.1
+DRIVEN = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (2.0, 2.0 * SPEED)])
+
+
+def one(
+    variant: Variant, plant: torsio.PlantParams, hand: torsio.Hand = DRIVEN, scene: object = SPRING
+) -> Difference:
+    options = options_of(scene, {"plant": plant, "hand": hand, "control": MOTOR_ONLY})
+    ((found, _),) = Runs(options, Kept(None), 1).measure([variant], [Visit()])
+    return found
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_felt_torque_balances_a_weight_that_rests(together: bool) -> None:
+    plant = torsio.PlantParams(cogging=COGGING, spring_and_brake=together)
+    hand = torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.5, 0.03)])
+    rows = simulate(LoopOptions(scene=WALL, plant=plant, hand=hand), duration_s=3.0)
+    assert felt_nm(rows, plant, hand)[-1] == pytest.approx(-0.03, abs=1e-9)
+
+
+def test_felt_torque_of_one_body_is_what_newton_says() -> None:
+    plant = torsio.PlantParams(spring_and_brake=False, knob_viscous_nm_s_per_rad=0.0)
+    hand = torsio.TorqueHand(torque_nm=0.03)
+    rows = simulate(LoopOptions(plant=plant, hand=hand, control=MOTOR_ONLY), duration_s=0.01)
+    friction = plant.knob_coulomb_nm + plant.brake_drag_nm
+    speedup = (0.03 - friction) / (plant.knob_inertia_kg_m2 + plant.brake_inertia_kg_m2)
+    expected = plant.knob_inertia_kg_m2 * speedup - 0.03
+    assert felt_nm(rows, plant, hand)[1:] == pytest.approx(expected, rel=1e-3)
+
+
+def test_parts_that_cannot_matter_change_nothing_to_the_bit() -> None:
+    # Nothing engages the brake, and the shaft twists by less than its knee.
+    plant = torsio.PlantParams(
+        brake_hysteresis=torsio.BrakeHysteresis(), shaft_hardening=torsio.ShaftHardening()
+    )
+    for part in ("hysteresis", "hardening", "brake"):
+        found = one(Variant(left_out=(part,)), plant)
+        assert found == Difference(), part
+
+
+def test_cogging_left_out_is_missed_by_its_own_amplitude() -> None:
+    found = one(Variant(left_out=("cogging",)), torsio.PlantParams(cogging=COGGING))
+    # 0.2 rad are less than a period; the mean over 10 ms takes 0.1 % of it.
+    turned = 12 * SPEED * np.linspace(0.0, 2.2, 2200).clip(max=2.0)
+    assert found.largest_nm == pytest.approx(2e-3, rel=5e-3)
+    assert found.rms_nm == pytest.approx(2e-3 * np.sqrt(np.mean(np.sin(turned) ** 2)), rel=0.02)
+    assert found.jnds == pytest.approx(found.largest_nm / (0.127 * 60e-3))
+    assert found.angle_rad == found.contact_s == 0.0
+
+
+def test_rate_is_missed_by_the_path_of_a_longer_hold() -> None:
+    plant = torsio.PlantParams(counts_per_rev=2**24, motor_time_constant_s=0.0)
+    found = one(Variant(rate_hz=1000), plant)
+    # What acts at a sample is of the sample before.
+    expected = 0.5 * SPEED * (1e-3 - 50e-6)
+    assert found.largest_nm == pytest.approx(expected, rel=1e-2)
+
+
+def test_counts_are_missed_by_the_coarser_step() -> None:
+    found = one(Variant(counts_per_rev=256), torsio.PlantParams(counts_per_rev=2**24))
+    assert found.spike_nm == pytest.approx(0.5 * 2 * math.pi / 256, rel=0.01)
+
+
+def test_contact_comes_later_by_what_the_path_says() -> None:
+    # Spring and friction stretch the hand, and a belief of the law changes neither; a knob without
+    # its 6 mN m of friction, in the hand of 1 N m/rad, is 6 mrad further.
+    hand = torsio.ImpedanceHand(
+        stiffness_nm_per_rad=1.0,
+        damping_nm_s_per_rad=0.05,
+        intended_angle_rad=[(0.0, 0.0), (2.0, 0.2)],
+    )
+    edge = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1e-3)
+    runs = [
+        simulate(
+            LoopOptions(scene=edge, plant=plant, hand=hand, control=MOTOR_ONLY), duration_s=2.0
+        )
+        for plant in (torsio.PlantParams(), torsio.PlantParams(knob_coulomb_nm=0.0))
+    ]
+    nothing = np.zeros(len(runs[0]))
+    found = differ(runs[0], runs[1], (nothing, nothing), edge)
+    assert found.contact_s == pytest.approx(6e-3 / 0.1, rel=0.02)
+    assert found.missed == 0
+
+
+def test_trade_proposes_verifies_and_pastes() -> None:
+    plant = torsio.PlantParams(brake_hysteresis=torsio.BrakeHysteresis(), cogging=COGGING)
+    found = torsio.trade(WALL, plant=plant, stretch=False, threads=2)
+    assert found.holds
+    assert found.proposal.difference.jnds <= 0.5
+    assert max(found.verified.jnds, found.on_device.difference.jnds) <= 0.5
+    assert {row.variant.rate_hz for row in found.rows} == {20_000, 10_000, 5_000, 2_000, 1_000}
+    # Each combination at each rate, and once spring and brake with and without cogging.
+    combined = [r for r in found.rows if r.variant.may_be_proposed and r.name == r.variant.name]
+    assert len(combined) == 5 * (4 + 2) + 1
+    # Nothing on the front is beaten both ways.
+    for row in (row for row in combined if row.is_on_front):
+        assert not any(
+            r.cpu_s < row.cpu_s and r.difference.largest_nm < row.difference.largest_nm
+            for r in combined
+        )
+    assert eval(found.paste(), {"torsio": torsio}) == found.options
+    with torsio.open("emulated", emulator=found.options) as knob:
+        assert knob.info.control_rate_hz == found.proposal.variant.rate_hz
+    batch = next(row for row in found.rows if row.name.startswith("torsio.batch"))
+    assert batch.difference.jnds <= found.proposal.difference.jnds
+
+
+def test_trade_says_by_how_much_it_falls_short() -> None:
+    # Nothing but the reference is as exact as that, and the device's noise begins earlier.
+    plant = torsio.PlantParams(encoder_noise_counts=0.25)
+    found = torsio.trade(WALL, plant=plant, wanted=1e-9, quick=True, stretch=False)
+    assert found.proposal.difference.jnds == 0.0
+    assert not found.holds
+    assert found.short_by_jnds == pytest.approx(found.on_device.difference.jnds - 1e-9)
+    assert 0.0 < found.short_by_jnds < 0.5
+
+
+def test_interrupted_trade_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = tmp_path / "kept"
+
+    def interrupt(_what: str, done: int, _total: int) -> None:
+        if done == 7:
+            raise KeyboardInterrupt
+
+    def run(**more: object) -> torsio.Trade:
+        plant = torsio.PlantParams()
+        return torsio.trade(WALL, plant=plant, quick=True, stretch=False, keep=kept, **more)  # type: ignore[arg-type]
+
+    with pytest.raises(KeyboardInterrupt):
+        run(on_progress=interrupt)
+    lines = kept.read_text().splitlines()
+    assert len([*filter(None, lines)]) >= 7
+    kept.write_text("\n".join([*lines, '{"key": "torn", "ro']))
+    found = run()
+    assert kept.read_text().splitlines()[: len(lines)] == lines
+    tried: list[Variant] = []
+    played = Runs._play
+
+    def count(self: Runs, variant: Variant, visit: Visit, *more: object) -> object:
+        tried.append(variant)
+        return played(self, variant, visit, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Runs, "_play", count)
+    again = run()
+    assert set(tried) == {Variant()}
+    assert [row.difference for row in again.rows[:10]] == [r.difference for r in found.rows[:10]]
+    kept.write_text("a diary\n")
+    with pytest.raises(torsio.Error, match="keeps no results of a trade"):
+        run()
+    assert kept.read_text() == "a diary\n"
+
+
+def test_instructions_of_many_walls_are_as_they_were_counted() -> None:
+    for board in board_shares([WALL] * 16, ControlConfig()):
+        assert board.instructions == pytest.approx(
+            costs.INSTRUCTIONS[board.board]["walls 16"], rel=0.1
+        )
+    for board in board_shares(WALL, ControlConfig(law="calibrated")):
+        assert board.instructions == pytest.approx(
+            costs.INSTRUCTIONS[board.board]["walls, calibrated 1"], rel=0.03
+        )
+
+
+def test_swings_begin_where_theory_says() -> None:
+    plant = torsio.PlantParams(counts_per_rev=131_072)
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(plant=plant)) as knob:
+        knob.configure(plant.matching_config())
+        knob.configure(MOTOR_ONLY)
+        stable = knob.stable_stiffness().stiffness_nm_per_rad
+    scene = torsio.Spring(stiffness_nm_per_rad=0.5 * stable)
+    options = options_of(scene, {"plant": plant, "control": MOTOR_ONLY})
+    found = stretching._stretch("stiffness", options, Variant(rate_hz=1000), 0.5)
+    # What the device tells to be stable is; where it swings, `torsio stability` says so too.
+    assert found.swings_at is not None
+    assert found.swings_at > 2
+    tried = stability.measure(
+        plant, plant.matching_config(), MOTOR_ONLY, 1000.0,
+        stiffness_nm_per_rad=[0.5 * stable * found.swings_at],
+    )  # fmt: skip
+    assert not tried.is_stable.any()
+
+
+def test_wave_after_a_day_is_off_by_the_rounding_of_its_frequency() -> None:
+    ticks = 86_400_000
+    scene = torsio.Periodic(amplitude_nm=0.02, frequency_hz=8.0001)
+    given = {"plant": torsio.PlantParams(), "hand": torsio.PrescribedMotion(angle_rad=0.0)}
+    options = options_of(scene, {**given, "control": MOTOR_ONLY})
+    rows = simulate(Variant(rate_hz=1000).of(replace(options, first_tick=ticks)), duration_s=1.0)
+    # In a day it is 691,208.64 times round.
+    ideal = 0.02 * np.sin(2.0 * np.pi * (0.64 + 8.0001e-3 * np.arange(len(rows))))
+    off_nm = float(np.abs(rows["desired_torque_nm"] - ideal).max())
+    jnds, broken = stretching._at("duration", 24.0, options, Variant(rate_hz=1000))
+    assert 1e-4 < off_nm < 1e-3
+    assert jnds == pytest.approx(perception.torque_jnds(off_nm), rel=0.05)
+    assert not broken
+
+
+def test_whole_device_plays_a_wave_as_the_loop_does() -> None:
+    scene = torsio.Periodic(amplitude_nm=0.02, frequency_hz=40.0)
+    options = options_of(scene, {"plant": torsio.PlantParams()})
+    found, _, wire_bytes_per_s = Runs(options, Kept(None), 1).on_device(Variant(), Visit())
+    assert found.jnds < 1e-3
+    # Four samples a report of 64 bytes, of 1,000 or more a second.
+    assert wire_bytes_per_s >= 64 * 1000 / 4
+
+
+def test_recording_brings_its_scene_and_motion(tmp_path: Path) -> None:
+    file = tmp_path / "visit.mcap"
+    hand = torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.6, 0.05)])
+    with (
+        torsio.open("emulated", emulator=torsio.EmulatorOptions(hand=hand)) as knob,
+        knob.record_to(file),
+    ):
+        knob.play([WALL, torsio.Constant(torque_nm=-1e-3)])
+        knob.arm()
+        log = knob.record(1.0)
+    options = options_of(file, {})
+    assert options.scene == [WALL, torsio.Constant(torque_nm=-1e-3)]
+    assert isinstance(options.hand, torsio.PrescribedMotion)
+    path = np.asarray(options.hand.angle_rad)
+    assert path[-1, 1] == pytest.approx(float(log["angle_rad"][-1]), abs=1e-3)
+    assert options.plant.spring_and_brake
+    assert options.plant.electrics is not None
+
+
+def test_command_prints_words_json_and_a_picture(tmp_path: Path) -> None:
+    file = tmp_path / "scene.py"
+    file.write_text(f"import torsio\nscene = {pasteable(WALL)}\n")
+    picture = tmp_path / "trade.png"
+    quick = ["trade", str(file), "--quick", "--parts", "cogging,noise", "--picture", str(picture)]
+    result = CliRunner().invoke(app, quick)
+    assert result.exit_code == 0, result.output
+    assert re.search(r"Cogging changes what is felt by [\d.]+ JND and costs", result.stdout)
+    assert "torsio.EmulatorOptions(" in result.stdout
+    assert "Stiffness stays true to" in result.stdout
+    assert picture.stat().st_size > 20_000
+    short = CliRunner().invoke(app, [*quick[:5], "--wanted", "1e-9", "--json", "--no-extremes"])
+    assert short.exit_code == 1
+    told = json.loads(short.stdout)
+    assert not told["holds"]
+    assert told["rows"][0]["ns_per_tick"] > 0.0
+    assert told["on_device"]["wire_bytes_per_s"] > 64.0
+    assert told["extremes"] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "reason"),
+    [
+        ("x = 1", [], "sets no `scene`"),
+        ("scene = 1 / 0", [], "ZeroDivisionError"),
+        ("scene = 7", [], "scene must be effects"),
+        ("import torsio; scene = torsio.Wall(stiffness_nm_per_rad=-1.0)", [], "stiffness"),
+        ("scene = []", ["--parts", "wings"], "there is no part wings"),
+        ("scene = []", ["--wanted", "0"], "wanted must be finite and > 0"),
+    ],
+)
+def test_command_says_what_is_wrong(
+    text: str, more: list[str], reason: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "scene.py"
+    file.write_text(text)
+    result = CliRunner().invoke(app, ["trade", str(file), "--quick", *more])
+    assert result.exit_code == 1
+    assert reason in " ".join(result.stderr.split())
+    assert "Traceback" not in result.output
+
+
+def test_reference_has_every_part() -> None:
+    options = options_of([], {})
+    assert options.plant == EVERYTHING
+    assert perception.torque_jnds(7.62e-3) == pytest.approx(1.0)
