@@ -25,8 +25,8 @@ CPP_FOLDERS = (
     "studio/wasm",
     "tests",
 )
-PYTHON_FOLDERS = ("bindings", "studies", "examples", "tests", "tools")
-PACKAGE_FOLDERS = ("bindings/python", "studies/python")
+PYTHON_FOLDERS = ("bindings", "studies", "hardware", "examples", "tests", "tools")
+PACKAGE_FOLDERS = ("bindings/python", "studies/python", "hardware/python")
 MAX_LINES = 40
 SHELL_FILES = ("dev", ".ci/run", "tests/vm/init.sh")
 

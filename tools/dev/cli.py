@@ -77,6 +77,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "check": _with_flag("check", "--fix", commands.check),
     "demo": commands.demo,
     "game": commands.game,
+    "hardware": commands.hardware,
     "studio": commands.studio,
     "site": _plain("site", commands.site),
     "bench": commands.bench,

@@ -93,6 +93,7 @@ _PACKAGES = {
     "page": ("studio", "browser"),
     "languages": ("languages",),
     "documents": ("documents",),
+    "making": ("making",),
     "windows games": ("windows",),
 }
 
@@ -143,6 +144,8 @@ def _build_tests(plan: groups.Plan) -> None:
     building.build_python(building.TORSIO, sources.tinyusb)
     if "studies" in needs:
         building.build_python(building.STUDIES, sources.tinyusb)
+    if "making" in needs:
+        environment.make_hardware()
     if "firmware" in needs:
         building.build_firmware(sources.sdk, plan.boards)
         building.build_emulated(plan.boards)
@@ -154,6 +157,15 @@ def _build_tests(plan: groups.Plan) -> None:
         kernels.result()
     if "windows games" in needs:
         building.build_windows_games()
+
+
+def hardware(arguments: Sequence[str]) -> int:
+    """Make the files of the knob to build, in ``out/hardware/``; see ``docs/build.md``."""
+    with lock():
+        environment.set_up("tests", "making")
+        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        python = environment.make_hardware()
+    become(python, "-m", "torsio_hardware", *(arguments or ("all",)))
 
 
 def _handed_on(module: str, *groups: str) -> Callable[[Sequence[str]], int]:

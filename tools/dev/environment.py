@@ -9,6 +9,7 @@ import shutil
 import sys
 from concurrent.futures import Future
 from dataclasses import dataclass
+from pathlib import Path
 
 from tools.dev import packages, running
 from tools.dev.running import TREE, Failed, later, run_logged, say, stamp_is, stamped, succeeds
@@ -93,6 +94,40 @@ def make_ros() -> None:
         # Of some packages the newest version is there as sources alone.
         install = ("install", "--retries", "5", "--prefer-binary", "--requirement", needed)
         run_logged("ros", [sys.executable, "-m", "venv", folder], [*pip, *install])
+
+
+def make_hardware() -> Path:
+    """Make an environment that draws and computes elements, unless it is whole; return its Python.
+
+    It is one of its own, which sees the packages of ``.venv`` behind its own: what draws solids
+    takes half a gigabyte.
+
+    Raises
+    ------
+    Failed
+        If it cannot be made.
+    """
+    folder = TREE / "build/hardware"
+    stamp = folder / ".installed"
+    needed = TREE / "hardware/pyproject.toml"
+    key = f"{TREE}\n{sys.executable}\n{needed.read_text(encoding='utf-8')}"
+    python = folder / "bin/python"
+    if stamp_is(stamp, key):
+        say("hardware: up to date")
+        return python
+    say("hardware: installing what draws and computes elements into build/hardware")
+    shutil.rmtree(folder, ignore_errors=True)
+    with stamped(stamp, key):
+        pip = (python, "-m", "pip", "--disable-pip-version-check", "--no-input", "install")
+        versions = ("build123d==0.13.0", "scikit-fem==12.0.2", "matplotlib==3.10.9")
+        run_logged("hardware", [sys.executable, "-m", "venv", folder], [*pip, *versions])
+        packages_of = running.output_of(
+            PYTHON, "-c", "import site; print(site.getsitepackages()[0])"
+        )
+        seen = running.output_of(python, "-c", "import site; print(site.getsitepackages()[0])")
+        lines = [str(TREE / "hardware/python"), packages_of.strip()]
+        (Path(seen.strip()) / "torsio.pth").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return python
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ _LIBRARIES = (*_BUILDING, *_FIRMWARE, "firmware/usb", "firmware/boards", "emulat
 _PYTHON = (*_LIBRARIES, "bindings", "tests/python", "tests/golden")
 _CODE = (
     *_PYTHON,
-    *("firmware", "studies", "studio", "examples", "tests", "tools", "dev", ".ci"),
+    *("firmware", "studies", "hardware", "studio", "examples", "tests", "tools", "dev", ".ci"),
     *(".clang-format", ".editorconfig", ".gitignore"),
 )
 _BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md")
@@ -127,6 +127,7 @@ _FIGURES = (
     *("tests/studies/test_bench_brake.py", "tests/studies/test_bench_stiffness.py"),
 )
 _FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
+_MAKING = "tests/hardware/making"  # needs the packages that draw and compute elements
 _BOARD_NEEDS = ("firmware", "python", "studies")
 _EVERY_BOARD = {BOARDS_VARIABLE: " ".join(building.BOARDS)}
 
@@ -193,6 +194,12 @@ GROUPS = {
         ("python", "studies"),
         (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/studies", "docs/results.md"),
     ),
+    "hardware": Group(
+        "the knob to build: closed forms, parts, what a rehearsal finds",
+        ("tests/hardware",),
+        ("python",),
+        (*_PYTHON, "hardware", "tools"),
+    ),
     "claims": Group(
         "names that pages and sources share, printed files, what a package holds",
         (
@@ -243,6 +250,13 @@ GROUPS = {
         ("release", *_BOARD_NEEDS),
         _COVERED_BY_BOARDS,
         _EVERY_BOARD,
+        slow=True,
+    ),
+    "making": Group(
+        "the knob to build: finite elements of two programs, solids, drawings, every rehearsal",
+        (_MAKING,),
+        ("python", "making"),
+        (*_PYTHON, "hardware", "tools"),
         slow=True,
     ),
     "slow": Group(
@@ -411,7 +425,7 @@ def _tests(names: Sequence[str]) -> list[str]:
     paths = list(dict.fromkeys(path for name in names for path in GROUPS[name].tests))
     below = [
         file
-        for file in (*_FIGURES, _FIREFOX)
+        for file in (*_FIGURES, _FIREFOX, _MAKING)
         if file not in paths and any(file.startswith(f"{path}/") for path in paths)
     ]
     return [*paths, *(f"--ignore={file}" for file in below)]

@@ -57,6 +57,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("pkg-config", _program("pkg-config")),
             ("libhidapi-dev", _library("hidapi-hidraw")),
         ),
+        "making": (("calculix-ccx", _program("ccx")),),
         "tests": (
             ("doctest-dev", _header("doctest/doctest.h")),
             ("nlohmann-json3-dev", _header("nlohmann/json.hpp")),

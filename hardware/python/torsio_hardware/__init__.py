@@ -1,0 +1,1 @@
+"""One Torsio knob to build: its spring, parts, drawings and wiring, and a rehearsal of it all."""

@@ -1,0 +1,155 @@
+"""`torsio-hardware`: computes and draws what a maker needs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from torsio import screen
+from torsio_hardware import beams, design
+from torsio_hardware.flexure import Flexure, closed_form
+
+app = typer.Typer(
+    help="Make the files of one Torsio knob. All is computed; nothing has been printed yet.",
+    no_args_is_help=True,
+)
+
+REFERENCE = Flexure(6, 7e-3, 25e-3, thickness_m=0.9e-3, width_m=6e-3, swing_rad=0.34, waves=1)
+Out = Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where the files go.")]
+
+
+@app.callback()
+def main() -> None:
+    """Make the files of one Torsio knob."""
+
+
+def fail(error: Exception) -> typer.Exit:
+    """Print what was wrong, and give what ends the command."""
+    screen.err.print(f"torsio-hardware: error: {error}", soft_wrap=True, markup=False)
+    return typer.Exit(1)
+
+
+def tell(lines: list[str]) -> None:
+    """Print lines as they are."""
+    for line in lines:
+        screen.out.print(line, soft_wrap=True, markup=False, highlight=False)
+
+
+@app.command("spring")
+def spring_command(
+    stiffness: Annotated[
+        float, typer.Option(min=0.01, max=100.0, help="At small twists, in N m/rad.")
+    ] = 2.873,
+    torque: Annotated[
+        float, typer.Option(min=1e-3, max=10.0, help="Largest torque, in N m.")
+    ] = 0.11,
+    material: Annotated[str, typer.Option(help="petg or pla.")] = "petg",
+    family: Annotated[str, typer.Option(help="spoke, spiral or meander.")] = "meander",
+    search: Annotated[
+        bool, typer.Option("--search", help="Search all shapes of the family; about half a minute.")
+    ] = False,
+    elements: Annotated[
+        bool, typer.Option("--elements", help="Compare with finite elements of two programs.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print figures as JSON.")] = False,
+    out: Out = Path("out/hardware"),
+    solid: Annotated[bool, typer.Option(help="Write STEP and STL too.")] = True,
+) -> None:
+    """Design the spring: stiffness curve, strain, tolerance, creep, and its drawing."""
+    try:
+        of = design.material(material)
+        spring = _chosen(stiffness, of, family, search=search)
+        found = {**spring.as_dict(), "strain_at_torque": spring.strain_at(torque)}
+        if elements:
+            found["elements"] = compare(spring.flexure, of.modulus_pa.value)
+        files = write(spring, out, solid=solid)
+    except (ValueError, ArithmeticError, RuntimeError, OSError, ModuleNotFoundError) as error:
+        raise fail(error) from None
+    (out / "spring.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+    if as_json:
+        print(json.dumps(found, indent=2))
+        return
+    tell([*_words(spring, found), f"Written: {', '.join([*files, str(out / 'spring.json')])}"])
+
+
+def _chosen(stiffness: float, of: design.Material, family: str, *, search: bool) -> design.Spring:
+    if family not in ("spoke", "spiral", "meander"):
+        raise ValueError(f"no family {family!r}; known are spoke, spiral, meander")
+    if search:
+        found = design.search(design.Room(), of, stiffness, family)
+        if not found:
+            raise ValueError(f"no {family} of this stiffness fits into the room of the knob")
+        return found[0]
+    shape = REFERENCE
+    if family == "spoke":
+        shape = replace(REFERENCE, swing_rad=0.0, waves=0)
+    elif family == "spiral":
+        shape = replace(REFERENCE, swing_rad=0.0, waves=0, wrap_rad=2.0)
+    return design.examine(design.for_stiffness(shape, of, stiffness), of)
+
+
+def compare(shape: Flexure, modulus_pa: float) -> dict[str, Any]:
+    """Give the secant stiffness by beams, scikit-fem and CalculiX, flat and as a plate."""
+    from torsio_hardware import calculix, plane
+
+    twists = (0.001, 0.015, 0.04)
+    found: dict[str, Any] = {"twist_rad": list(twists)}
+    if shape.family == "spoke":
+        found["closed_form"] = [closed_form(shape, modulus_pa).stiffness_nm_per_rad]
+    runs = {"beams": beams.bend(shape, modulus_pa, twists)}
+    for along, across in ((40, 2), (80, 3), (120, 4)):
+        runs[f"scikit_fem_{along}x{across}"] = plane.twist(
+            shape, modulus_pa, twists, along=along, across=across
+        )
+    runs["calculix_flat"] = calculix.twist(shape, modulus_pa, twists)
+    runs["calculix_plate"] = calculix.twist(shape, modulus_pa, twists, thin=False)
+    found |= {name: list(map(float, run.stiffness_nm_per_rad)) for name, run in runs.items()}
+    return found
+
+
+def write(spring: design.Spring, out: Path, *, solid: bool) -> list[str]:
+    """Write drawing, STEP and STL; give their names."""
+    from torsio_hardware import drawing
+
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "spring.svg").write_text(drawing.svg(spring), encoding="utf-8")
+    files = [out / "spring.svg"]
+    if solid:
+        from build123d import export_step, export_stl
+
+        from torsio_hardware import solids
+
+        body = solids.spring(spring.flexure)
+        files += [out / "spring.step", out / "spring.stl"]
+        export_step(body, str(files[1]))
+        export_stl(body, str(files[2]), tolerance=0.01)
+    return [str(file) for file in files]
+
+
+def _words(spring: design.Spring, found: dict[str, Any]) -> list[str]:
+    shape = spring.flexure
+    sure = spring.relative_uncertainty
+    creep = spring.material.creep(1.0)
+    lines = [
+        f"{shape.family}, {shape.arms} arms of {1e3 * shape.thickness_m:.2f} by "
+        f"{1e3 * shape.width_m:.2f} mm, hub {1e3 * shape.hub_radius_m:g}, rim "
+        f"{1e3 * shape.rim_radius_m:g} mm, {spring.material.name}",
+        f"stiffness {spring.stiffness_nm_per_rad:.3f} N m/rad, standard uncertainty "
+        f"{100 * sure:.0f} %: calibrate it",
+        f"off a line by at most {100 * spring.deviation:.2f} % up to 0.04 rad",
+        f"strain {100 * spring.strain:.2f} % at 0.04 rad; limit "
+        f"{100 * spring.material.strain_limit:.1f} %, safety {spring.safety:.2f}",
+        f"strain {100 * found['strain_at_torque']:.2f} % at the largest torque",
+        f"walls 0.05 mm thinner or thicker: {100 * (spring.thinner - 1):+.0f} or "
+        f"{100 * (spring.thicker - 1):+.0f} % of stiffness",
+        f"a wall held for an hour: {100 * (creep.value - 1):.0f} % more twist "
+        f"({100 * (creep.low - 1):.0f} to {100 * (creep.high - 1):.0f} %)",
+        f"ShaftConfig: {spring.shaft_config() or 'one straight line'}",
+    ]
+    for name, values in found.get("elements", {}).items():
+        lines.append(f"  {name:18} " + " ".join(f"{value:.4f}" for value in values))
+    return lines

@@ -1,0 +1,263 @@
+"""The spring of one knob: how stiff, how straight, how strained, and how sure all that is."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from torsio_hardware.beams import Bent, bend
+from torsio_hardware.flexure import Flexure
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+LINEAR_TO_RAD = 0.04
+"""Full brake torque twists the reference shaft by 0.038 rad."""
+LINEAR_WITHIN = 0.01
+PRINTED_WITHIN_M = 0.05e-3
+"""How far a printed wall is off, one standard deviation taken as half of it."""
+TWISTS_RAD = (0.0005, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04)
+# By CalculiX in three dimensions over plane stress, for arms of 18 mm and a width of 5 to 7 mm.
+# Short spokes as wide as 8 mm on 12 mm have 1.12.
+_PLATES = {"spoke": 1.07, "spiral": 1.085, "meander": 1.09}
+_PLATE_UNCERTAINTY = 0.03
+
+
+@dataclass(frozen=True)
+class Range:
+    """A value with the least and the most that one must expect."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def relative_uncertainty(self) -> float:
+        """Return the standard uncertainty of values as likely all over the range."""
+        return (self.high - self.low) / math.sqrt(12) / self.value
+
+
+@dataclass(frozen=True)
+class Material:
+    """A plastic as printed; `materials.toml` has the sources."""
+
+    name: str
+    modulus_pa: Range
+    strength_pa: Range
+    strain_limit: float
+    creep_gain_at_1_h: Range
+    creep_power: float
+
+    def creep(self, hours: float) -> Range:
+        """Return what a twist under a held torque has become after some hours, over its first."""
+        gain, grown = self.creep_gain_at_1_h, hours**self.creep_power
+        return Range(1 + gain.value * grown, 1 + gain.low * grown, 1 + gain.high * grown)
+
+
+def material(name: str) -> Material:
+    """Look a material up.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name.
+    """
+    text = (Path(__file__).parent / "materials.toml").read_text(encoding="utf-8")
+    known = tomllib.loads(text)
+    if name not in known:
+        raise ValueError(f"no material {name!r}; known are {', '.join(known)}")
+    row = known[name]
+    ranges = {key: Range(**row[key]) for key in ("modulus_pa", "strength_pa", "creep_gain_at_1_h")}
+    return Material(
+        name, strain_limit=row["strain_limit"], creep_power=row["creep_power"], **ranges
+    )
+
+
+def plate_factor(flexure: Flexure) -> float:
+    """Return how much stiffer wide arms are than plane stress says."""
+    return _PLATES[flexure.family]
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A flexure of a material, and what to expect of it.
+
+    Attributes
+    ----------
+    stiffness_nm_per_rad
+        At small twists, plates' stiffness included.
+    relative_uncertainty
+        Of it, standard: modulus, walls and the model.
+    deviation
+        Of the secant from that line, the most up to `LINEAR_TO_RAD`.
+    strain
+        The largest at `LINEAR_TO_RAD`.
+    thinner, thicker
+        Stiffness over the nominal one, with walls 0.05 mm off.
+    """
+
+    flexure: Flexure
+    material: Material
+    bent: Bent
+    stiffness_nm_per_rad: float
+    relative_uncertainty: float
+    deviation: float
+    strain: float
+    thinner: float
+    thicker: float
+
+    @property
+    def safety(self) -> float:
+        """Return the strain limit over the largest strain; 1 and more is safe."""
+        return self.material.strain_limit / self.strain
+
+    def strain_at(self, torque_nm: float) -> float:
+        """Return the largest strain under a torque within the curve."""
+        torque = self.bent.torque_nm * plate_factor(self.flexure)
+        return float(np.interp(torque_nm, torque, self.bent.strain))
+
+    def shaft_config(self) -> dict[str, float]:
+        """Return the fields of ShaftConfig: knees where the slope has changed by 1 % and more."""
+        slopes = np.diff(self.bent.torque_nm, prepend=0.0) / np.diff(
+            self.bent.twist_rad, prepend=0.0
+        )
+        found: dict[str, float] = {}
+        last = slopes[0]
+        for begin, slope in zip(self.bent.twist_rad[:-1], slopes[1:], strict=True):
+            if abs(slope / last - 1) >= LINEAR_WITHIN and len(found) < 8:
+                number = len(found) // 2 + 1
+                found[f"knee_{number}_rad"] = float(begin)
+                found[f"knee_{number}_nm_per_rad"] = float(slope) * plate_factor(self.flexure)
+                last = slope
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: figures with their units in their names."""
+        shape = {key: getattr(self.flexure, key) for key in self.flexure.__dataclass_fields__}
+        factor = plate_factor(self.flexure)
+        return {
+            "family": self.flexure.family,
+            "flexure": shape,
+            "material": self.material.name,
+            "spring_stiffness_nm_per_rad": self.stiffness_nm_per_rad,
+            "relative_standard_uncertainty": self.relative_uncertainty,
+            "shaft_config": self.shaft_config(),
+            "curve_rad_nm": [
+                (float(twist), float(factor * torque))
+                for twist, torque in zip(self.bent.twist_rad, self.bent.torque_nm, strict=True)
+            ],
+            "deviation_to_0.04_rad": self.deviation,
+            "strain_at_0.04_rad": self.strain,
+            "safety": self.safety,
+            "stiffness_ratio_walls_0.05_mm_thinner": self.thinner,
+            "stiffness_ratio_walls_0.05_mm_thicker": self.thicker,
+            "twist_after_held_wall": {
+                f"{hours:g} h": vars(self.material.creep(hours)) for hours in (0.1, 1, 8)
+            },
+        }
+
+
+def examine(flexure: Flexure, of: Material) -> Spring:
+    """Compute all that is known of a spring.
+
+    Raises
+    ------
+    ArithmeticError
+        If it cannot be twisted by 0.04 rad.
+    """
+    modulus = of.modulus_pa.value
+    bent = bend(flexure, modulus, TWISTS_RAD)
+    secant = bent.stiffness_nm_per_rad
+    first = float(secant[0])
+    thinner, thicker = (
+        float(
+            bend(
+                replace(flexure, thickness_m=flexure.thickness_m + off), modulus, TWISTS_RAD[:1]
+            ).stiffness_nm_per_rad[0]
+        )
+        / first
+        for off in (-PRINTED_WITHIN_M, PRINTED_WITHIN_M)
+    )
+    walls = (thicker - thinner) / 4
+    return Spring(
+        flexure,
+        of,
+        bent,
+        first * plate_factor(flexure),
+        math.hypot(of.modulus_pa.relative_uncertainty, walls, _PLATE_UNCERTAINTY),
+        float(np.max(np.abs(secant / first - 1))),
+        float(bent.strain[-1]),
+        thinner,
+        thicker,
+    )
+
+
+def for_stiffness(flexure: Flexure, of: Material, stiffness_nm_per_rad: float) -> Flexure:
+    """Make a flexure as wide as the stiffness takes, to a hundredth of a millimetre."""
+    bent = bend(flexure, of.modulus_pa.value, TWISTS_RAD[:1])
+    now = float(bent.stiffness_nm_per_rad[0]) * plate_factor(flexure)
+    width = flexure.width_m * stiffness_nm_per_rad / now
+    return replace(flexure, width_m=round(width * 1e5) / 1e5)
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a spring has to fit into, and what the printer can."""
+
+    hub_radius_m: float = 7e-3
+    rim_radius_m: float = 25e-3
+    line_m: float = 0.45e-3
+    gap_m: float = 1e-3
+    widths_m: tuple[float, float] = (4e-3, 8e-3)
+
+
+def candidates(room: Room, family: str) -> Iterator[Flexure]:
+    """Give the shapes of a family that a printer can make: walls of whole lines, gaps, bends."""
+    lines = (1, 2, 3) if family == "spoke" else (2, 3)
+    for arms, count in itertools.product((3, 4, 6, 8), lines):
+        common = Flexure(
+            arms, room.hub_radius_m, room.rim_radius_m, count * room.line_m, room.widths_m[1]
+        )
+        if family == "spoke":
+            yield common
+        elif family == "spiral":
+            for wrap in np.arange(0.5, 4.1, 0.5):
+                yield replace(common, wrap_rad=float(wrap))
+        elif arms % 2 == 0:
+            for waves, swing in itertools.product((1, 2), np.arange(0.1, 0.6, 0.04)):
+                yield replace(common, swing_rad=float(swing), waves=waves)
+
+
+def search(room: Room, of: Material, stiffness_nm_per_rad: float, family: str) -> list[Spring]:
+    """Find the springs of a family that fit, those that break no rule first, then by strain.
+
+    A rule is the deviation of 1 % up to 0.04 rad, both ways, and the material's strain limit.
+    """
+    found = []
+    for shape in candidates(room, family):
+        if shape.gap_m() < room.gap_m or shape.bend_radius_m() < shape.thickness_m:
+            continue
+        try:
+            shape = for_stiffness(shape, of, stiffness_nm_per_rad)
+            if not room.widths_m[0] <= shape.width_m <= room.widths_m[1]:
+                continue
+            spring = examine(shape, of)
+            if family == "spiral":  # the other way is not the same
+                back = bend(shape, of.modulus_pa.value, [-twist for twist in TWISTS_RAD])
+                off = np.abs(back.stiffness_nm_per_rad / back.stiffness_nm_per_rad[0] - 1).max()
+                spring = replace(spring, deviation=max(spring.deviation, float(off)))
+        except ArithmeticError:
+            continue
+        found.append(spring)
+    return sorted(
+        found, key=lambda s: (s.deviation > LINEAR_WITHIN, s.safety < 1, s.strain, s.deviation)
+    )

@@ -1,0 +1,83 @@
+"""A drawing of the spring with the dimensions that decide, as SVG, 4 to 1."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from torsio_hardware.design import Spring
+from torsio_hardware.plane import grid
+from torsio_hardware.solids import BORE_M, RIM_M, SCREWS
+
+_SCALE = 4e3  # drawing units a metre
+_MIDDLE = (150.0, 150.0)
+
+
+def _outline(points: Any) -> str:
+    words = (f"{_MIDDLE[0] + _SCALE * x:.2f},{_MIDDLE[1] - _SCALE * y:.2f}" for x, y in points)
+    return f'<polygon class="part" points="{" ".join(words)}"/>'
+
+
+def _circle(radius_m: float, x: float = 0.0, y: float = 0.0, kind: str = "edge") -> str:
+    return (
+        f'<circle class="{kind}" cx="{_MIDDLE[0] + _SCALE * x:.2f}" '
+        f'cy="{_MIDDLE[1] - _SCALE * y:.2f}" r="{_SCALE * radius_m:.2f}"/>'
+    )
+
+
+def dimensions(spring: Spring) -> list[tuple[str, str]]:
+    """Give what a maker measures on the printed part, and what it decides."""
+    shape = spring.flexure
+    return [
+        (
+            f"wall of every arm {1e3 * shape.thickness_m:.2f} mm ± 0.05",
+            "stiffness, the third power",
+        ),
+        (f"height {1e3 * shape.width_m:.2f} mm ± 0.1", "stiffness, in proportion"),
+        (f"hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1", "where the arms begin"),
+        (f"rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1", "where the arms end"),
+        (f"rim, outside Ø {2e3 * RIM_M:.1f} mm", "fits into the pulley"),
+        (f"bore Ø {2e3 * BORE_M:.1f} mm, ream to the shaft", "the hub must not slip"),
+        (f"{shape.arms} arms, {shape.family}", "every second one is mirrored"),
+    ]
+
+
+def svg(spring: Spring) -> str:
+    """Draw the spring from above, with its critical dimensions and what to expect of it."""
+    shape = spring.flexure
+    parts = [_circle(RIM_M, kind="part"), _circle(shape.rim_radius_m, kind="hole")]
+    for arm in range(shape.arms):
+        nodes = grid(shape, 80, 1, mirrored=shape.is_mirrored(arm))
+        edge = np.concatenate([nodes[:, 0], nodes[::-1, 1]])
+        angle = 2 * np.pi * arm / shape.arms
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        parts.append(_outline(edge @ turn))
+    parts += [_circle(shape.hub_radius_m, kind="part"), _circle(BORE_M, kind="hole")]
+    parts += [_circle(radius, x, y, "hole") for radius, x, y in SCREWS]
+    lines = [
+        "Spring, print flat, 100 % of walls, one material",
+        f"Material: {spring.material.name}",
+    ]
+    lines += [f"{size}: {why}" for size, why in dimensions(spring)]
+    low, high = (1 + k * 1.96 * spring.relative_uncertainty for k in (-1, 1))
+    stiffness = spring.stiffness_nm_per_rad
+    lines += [
+        f"Stiffness {stiffness:.3f} N m/rad, 95 %: {low * stiffness:.2f} to {high * stiffness:.2f}",
+        f"Walls 0.05 mm off: {100 * (spring.thinner - 1):+.0f} or "
+        f"{100 * (spring.thicker - 1):+.0f} %",
+        f"Straight within {100 * spring.deviation:.2f} % to 0.04 rad; strain "
+        f"{100 * spring.strain:.2f} %",
+        "Computed, not printed: calibrate it.",
+    ]
+    words = "".join(
+        f'<text x="310" y="{40 + 20 * n}">{line}</text>' for n, line in enumerate(lines)
+    )
+    rule = f'<line class="edge" x1="150" y1="285" x2="{150 + 1e-2 * _SCALE:.0f}" y2="285"/>'
+    return (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 320">'
+        "<style>.part{fill:#c9d6e2;stroke:#123;stroke-width:.6}.hole{fill:#fff;stroke:#123;"
+        "stroke-width:.6}.edge{fill:none;stroke:#123}text{font:12px sans-serif}</style>"
+        '<rect width="720" height="320" fill="#fff"/>'
+        f'{"".join(parts)}{rule}<text x="150" y="300">10 mm</text>{words}</svg>\n'
+    )
