@@ -255,8 +255,8 @@ GROUPS = {
     "making": Group(
         "the knob to build: finite elements of two programs, solids, drawings, every rehearsal",
         (_MAKING,),
-        ("python", "making"),
-        (*_PYTHON, "hardware", "tools"),
+        (*_BOARD_NEEDS, "making"),
+        (*_COVERED_BY_BOARDS, "hardware", "tests/hardware"),
         slow=True,
     ),
     "slow": Group(

@@ -12,6 +12,8 @@ __all__ = ["add_commands"]
 _MISSING = {
     "study": "the studies are a package of their own, which is not installed; in a clone of the "
     "project: pip install ./studies",
+    "rehearse": "the hardware is a package of its own, which is not installed; in a clone of the "
+    "project: pip install ./hardware",
 }
 
 

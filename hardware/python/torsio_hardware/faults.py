@@ -1,0 +1,130 @@
+"""Twenty things that go wrong as one wires and screws: what each does to the emulated knob.
+
+Two need a word. Swapped encoder wires are the device's own sign, turned round behind the maker's
+back. A missing pull-down no firmware can see, so a meter has to: its reading is made up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from torsio.plant import Belt, PlantParams
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something wrong with a knob.
+
+    Attributes
+    ----------
+    name
+        To choose it by.
+    words
+        What a maker has done.
+    finding
+        The finding that names it: of a step of first power, of `doctor`, or of `calibrate`.
+    change
+        What it makes of the plant.
+    happen
+        What it does to the world round the open knob.
+    meter
+        Volts that a meter shows in place of what is right, by the point.
+    reversed_encoder
+        A and B are swapped.
+    """
+
+    name: str
+    words: str
+    finding: str
+    change: Callable[[PlantParams], PlantParams] = lambda plant: plant
+    happen: Callable[[Any], object] = lambda world: None
+    meter: dict[str, float] = field(default_factory=dict)
+    reversed_encoder: bool = False
+
+
+def _electrics(**factors: float) -> Callable[[PlantParams], PlantParams]:
+    """Multiply values of the electrics."""
+
+    def change(plant: PlantParams) -> PlantParams:
+        parts = plant.electrics
+        assert parts is not None
+        more = {name: getattr(parts, name) * factor for name, factor in factors.items()}
+        return replace(plant, electrics=replace(parts, **more))
+
+    return change
+
+
+def _plant(**values: Any) -> Callable[[PlantParams], PlantParams]:
+    return lambda plant: replace(plant, **values)
+
+
+def _swap_motor(plant: PlantParams) -> PlantParams:
+    assert plant.electrics is not None
+    return replace(plant, electrics=replace(plant.electrics, motor_reversed=True))
+
+
+def _soften(plant: PlantParams) -> PlantParams:
+    return replace(plant, shaft_stiffness_nm_per_rad=0.75 * plant.shaft_stiffness_nm_per_rad)
+
+
+def _sensor(state: str) -> Callable[[Any], object]:
+    return lambda world: world.set_current_sensor(state)
+
+
+FAULTS = (
+    Fault("motor_swapped", "the motor's two wires are swapped", "motor:backwards", _swap_motor),
+    Fault("encoder_swapped", "the encoder's A and B are swapped", "encoder:backwards",
+          reversed_encoder=True),
+    Fault("encoder_off", "the encoder's cable is off, or has no supply", "encoder:still",
+          happen=lambda world: world.freeze_encoder(frozen=True)),
+    Fault("encoder_noisy", "the encoder's cable has no shield and lies by the motor's",
+          "calibrate:noisy", _plant(encoder_noise_counts=4.0)),
+    Fault("encoder_lines", "an encoder of 1,000 lines in place of 2,048", "encoder:counts",
+          _plant(counts_per_rev=4000)),
+    Fault("stop_open", "the emergency stop's contact is not connected", "doctor:emergency_stop",
+          happen=lambda world: world.set_emergency_stop(pressed=True)),
+    Fault("bridge_fault", "the bridge's fault wire touches ground", "doctor:actuator",
+          happen=lambda world: world.set_actuator_fault(present=True)),
+    Fault("supply_24v", "a supply of 24 V in place of 12", "doctor:supply",
+          _electrics(supply_v=2.0)),
+    Fault("supply_off", "the supply's fuse is blown", "doctor:supply",
+          happen=lambda world: world.set_supply(0.0)),
+    Fault("pull_down_missing", "the pull-down of the enable line is missing", "supply:pull_down",
+          meter={"enable, board held in reset": 1.6}),
+    Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",
+          happen=_sensor("dead")),
+    Fault("sensor_stuck", "the motor's current does not pass through the sensor",
+          "motor:winding", happen=_sensor("stuck")),
+    Fault("motor_contact", "a bad crimp in the motor's line, of 2 ohm", "calibrate:winding_values",
+          _electrics(winding_resistance_ohm=1.8)),
+    Fault("brake_off", "the brake's coil is not connected", "calibrate:does_not_hold",
+          _electrics(coil_resistance_ohm=1e4)),
+    Fault("brake_coil_24v", "a brake for 24 V, of four times the resistance",
+          "calibrate:does_not_hold",
+          _electrics(coil_resistance_ohm=4.0, coil_torque_constant_nm_per_a=2.0)),
+    Fault("brake_drags", "the brake is mounted askew and drags with 20 mN m", "calibrate:drag",
+          _plant(brake_drag_nm=20e-3)),
+    Fault("belt_loose", "the belt is loose and stretches", "calibrate:shaft_soft",
+          _plant(belt=Belt(stiffness_nm_per_rad=1.5))),
+    Fault("hub_slips", "the spring's hub slips on the shaft at 30 mN m", "calibrate:does_not_hold",
+          _electrics(coil_torque_constant_nm_per_a=0.25)),
+    Fault("spring_soft", "the spring is printed 25 % too soft", "calibrate:spring_off", _soften),
+    Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "calibrate:drag",
+          _plant(knob_coulomb_nm=40e-3)),
+)  # fmt: skip
+
+
+def named(name: str) -> Fault:
+    """Look a fault up.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name.
+    """
+    for fault in FAULTS:
+        if fault.name == name:
+            return fault
+    raise ValueError(f"no fault {name!r}; known are {', '.join(fault.name for fault in FAULTS)}")

@@ -1,0 +1,256 @@
+"""One file to a knob: from `knob.toml` to configuration, emulated plant and expected figures."""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import torsio
+from torsio import perception, stability
+from torsio_hardware import design
+from torsio_hardware.flexure import Flexure
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+DEFAULT = Path(__file__).parent / "knob.toml"
+_TABLES = ("supply", "motor", "brake", "knob")
+_SHAPE = ("arms", "hub_radius_m", "rim_radius_m", "thickness_m", "wrap_rad", "swing_rad", "waves")
+_FIELDS = {
+    kind: {field.name for field in fields(of)}
+    for kind, of in (("actuator", torsio.ActuatorConfig), ("board", torsio.BoardConfig))
+}
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number and one standard uncertainty of it; 0: it is exact."""
+
+    value: float
+    uncertainty: float = 0.0
+
+    def band(self, widths: float = 2.0) -> tuple[float, float]:
+        """Return so many uncertainties to either side."""
+        return self.value - widths * self.uncertainty, self.value + widths * self.uncertainty
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A knob as its file says.
+
+    Attributes
+    ----------
+    values
+        By the names of `torsio config`, the spring's stiffness among them.
+    pins
+        Likewise.
+    """
+
+    name: str
+    board: str
+    parts: dict[str, str]
+    spring: design.Spring
+    pins: dict[str, int]
+    values: dict[str, Value]
+
+    def number(self, name: str) -> float:
+        """Return a value without its uncertainty."""
+        return self.values[name].value
+
+    def settings(self) -> dict[str, float | int]:
+        """Return what `torsio config set` takes."""
+        given: dict[str, float | int] = dict(self.pins)
+        for name, value in self.values.items():
+            kind = next((kind for kind, known in _FIELDS.items() if name in known), None)
+            if kind is not None:
+                whole = name in ("counts_per_rev", "supply_sense_ratio")
+                given[name] = round(value.value) if whole else value.value
+        return {**given, **self.spring.shaft_config()}
+
+    def configs(self) -> dict[str, Any]:
+        """Return the same as configurations: actuator, board and shaft, the parts confirmed."""
+        given = self.settings()
+        kinds = {"actuator": torsio.ActuatorConfig, "board": torsio.BoardConfig}
+        found: dict[str, Any] = {
+            kind: of(**{name: value for name, value in given.items() if name in _FIELDS[kind]})
+            for kind, of in kinds.items()
+        }
+        return {**found, "shaft": torsio.ShaftConfig(**self.spring.shaft_config())}
+
+    def plant(self, seed: int | None = None) -> torsio.PlantParams:
+        """Give an emulated knob: as the file says, or with a seed one that may come of it.
+
+        Each value is then drawn within two uncertainties of what the file says.
+        """
+        draw = random.Random(seed)
+
+        def take(name: str) -> float:
+            value = self.values[name]
+            if seed is None or value.uncertainty == 0:
+                return value.value
+            off = max(-2.0, min(2.0, draw.gauss(0.0, 1.0)))
+            return max(value.value + off * value.uncertainty, 0.05 * value.value)
+
+        electrics = torsio.Electrics(
+            winding_resistance_ohm=take("motor_resistance_ohm"),
+            winding_inductance_h=take("motor_inductance_h"),
+            torque_constant_nm_per_a=take("motor_torque_constant_nm_per_a"),
+            coil_resistance_ohm=take("brake_resistance_ohm"),
+            coil_inductance_h=take("brake_inductance_h"),
+            coil_torque_constant_nm_per_a=take("brake_torque_constant_nm_per_a"),
+            supply_v=take("supply_v"),
+            supply_divider_ratio=take("supply_sense_ratio"),
+            sensor_v_per_a=take("current_sense_v_per_a"),
+            predictive=self.board == "pico2",
+        )
+        return torsio.PlantParams(
+            knob_inertia_kg_m2=take("knob_inertia_kg_m2"),
+            knob_viscous_nm_s_per_rad=take("knob_viscous_nm_s_per_rad"),
+            knob_coulomb_nm=take("knob_coulomb_nm"),
+            brake_inertia_kg_m2=take("brake_inertia_kg_m2"),
+            brake_drag_nm=take("brake_drag_nm"),
+            shaft_stiffness_nm_per_rad=take("spring_stiffness_nm_per_rad"),
+            brake_time_constant_s=take("brake_time_constant_s"),
+            counts_per_rev=round(self.number("counts_per_rev")),
+            electrics=electrics,
+        )
+
+    def figures(self) -> dict[str, float]:
+        """Give what a wall feels like: closed forms and the stability map of the library.
+
+        Of the law `compensated` at the board's rate; the study of designs has the same measures
+        from simulation.
+        """
+        plant, rate = self.plant(), 20_000.0 if self.board == "pico2" else 10_000.0
+        actuator = plant.matching_config()
+        control = torsio.ControlConfig(law="compensated")
+        _, stiffness = stability.boundary(actuator, control, rate)
+        shaft = plant.shaft_stiffness_nm_per_rad
+        beta, motor = control.beta, plant.motor_limit_nm
+        drag = plant.knob_coulomb_nm + plant.brake_drag_nm
+        step = 2 * math.pi * shaft / plant.counts_per_rev
+        return {
+            "stable_stiffness_nm_per_rad": float(max(stiffness)),
+            "critical_torque_nm": min(motor / (1 - beta), motor + plant.brake_limit_nm),
+            "free_drag_nm": drag,
+            "free_drag_jnds": perception.torque_jnds(drag),
+            "least_torque_sensed_nm": step,
+            "least_torque_sensed_jnds": perception.torque_jnds(step),
+        }
+
+    def expected(self) -> list[tuple[str, str, tuple[float, float], str]]:
+        """Give what each step of first power should show: step, what, band, unit."""
+        values = self.values
+        coil_v = [
+            torque * values["brake_resistance_ohm"].value / constant
+            for torque in (10e-3,)
+            for constant in values["brake_torque_constant_nm_per_a"].band()[::-1]
+        ]
+        drag = [
+            sum(values[name].band()[side] for name in ("knob_coulomb_nm", "brake_drag_nm"))
+            for side in (0, 1)
+        ]
+        return [
+            ("encoder", "counts of one turn", (8175.0, 8209.0), "counts"),
+            ("supply", "at the bridges", values["supply_v"].band(), "V"),
+            ("supply", "enable and bridge inputs, disarmed", (0.0, 0.3), "V"),
+            ("brake", "at the coil, for 10 mN m", (coil_v[0], coil_v[1]), "V"),
+            ("calibrate", "coulomb_nm", (max(drag[0], 0.0), drag[1]), "N m"),
+            *(
+                ("calibrate", found, values[name].band(), unit)
+                for found, name, unit in (
+                    ("stiffness_nm_per_rad", "spring_stiffness_nm_per_rad", "N m/rad"),
+                    ("motor_resistance_ohm", "motor_resistance_ohm", "ohm"),
+                    ("brake_drag_nm", "brake_drag_nm", "N m"),
+                    ("knob_inertia_kg_m2", "knob_inertia_kg_m2", "kg m2"),
+                )
+            ),
+        ]
+
+
+def _value(table: str, name: str, given: Any) -> Value:
+    where = f"[{table}] {name}"
+    if isinstance(given, dict):
+        if set(given) != {"value", "uncertainty"}:
+            raise ValueError(f"{where} needs value and uncertainty, and nothing else")
+        value, uncertainty = given["value"], given["uncertainty"]
+    else:
+        value, uncertainty = given, 0.0
+    for number in (value, uncertainty):
+        if isinstance(number, bool) or not isinstance(number, (int, float)) or number < 0:
+            raise ValueError(f"{where}: {number!r} is no number of 0 or more")
+    return Value(float(value), float(uncertainty))
+
+
+def _check_pins(knob: Knob) -> None:
+    """Refuse a pin with two jobs, as the board would; each pair has the next pin too."""
+    board = knob.configs()["board"]
+    taken: dict[int, str] = {}
+    for name in (field.name for field in fields(board) if field.name.endswith("_pin")):
+        first = getattr(board, name)
+        pair = name in ("encoder_pin", "motor_pin", "brake_pin")
+        for pin in (first, first + 1) if pair else (first,):
+            if pin in taken and not (name == "supply_sense_pin" and pin == 0):
+                raise ValueError(f"[pins] GP{pin} has two jobs: {taken[pin]} and {name}")
+            taken[pin] = name
+
+
+def load(path: Path = DEFAULT) -> Knob:
+    """Read a knob's file.
+
+    Raises
+    ------
+    ValueError
+        Says what in it is wrong or missing.
+    OSError
+        If it cannot be read.
+    """
+    try:
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path} is no TOML: {error}") from None
+    try:
+        known = {"name", "board", "parts", "spring", "pins", *_TABLES}
+        if given.keys() - known:
+            raise ValueError(f"{path}: unknown table {min(given.keys() - known)!r}")
+        values = {
+            name: _value(table, name, value)
+            for table in _TABLES
+            for name, value in given[table].items()
+        }
+        shape = {key: value for key, value in given["spring"].items() if key in _SHAPE}
+        of = design.material(given["spring"]["material"])
+        stiffness = float(given["spring"]["stiffness_nm_per_rad"])
+        flexure = design.for_stiffness(replace(Flexure(), **shape), of, stiffness)
+        spring = design.examine(flexure, of)
+        values["spring_stiffness_nm_per_rad"] = Value(
+            stiffness, stiffness * spring.relative_uncertainty
+        )
+        knob = Knob(
+            str(given["name"]), str(given["board"]), dict(given["parts"]), spring,
+            dict(given["pins"]), values,
+        )  # fmt: skip
+        missing = {field for field in _REQUIRED if field not in values}
+        if missing:
+            raise ValueError(f"{path}: {min(missing)} is missing")
+        _check_pins(knob)
+    except KeyError as error:
+        raise ValueError(f"{path}: {error.args[0]} is missing") from None
+    except (TypeError, ArithmeticError, torsio.Error) as error:
+        raise ValueError(f"{path}: {error}") from None
+    return knob
+
+
+_REQUIRED = (
+    *("supply_v", "motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"),
+    *("brake_resistance_ohm", "brake_inductance_h", "brake_torque_constant_nm_per_a"),
+    *("supply_sense_ratio", "current_sense_v_per_a", "knob_inertia_kg_m2", "knob_coulomb_nm"),
+    *("knob_viscous_nm_s_per_rad", "brake_inertia_kg_m2", "brake_drag_nm"),
+    *("brake_time_constant_s", "counts_per_rev"),
+)

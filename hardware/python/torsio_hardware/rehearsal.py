@@ -1,0 +1,285 @@
+"""First power before there are parts: the same steps, on an emulated knob with one thing wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import torsio
+from torsio import calibration
+from torsio.doctor.facts import ClockFit, KnobFacts
+from torsio.doctor.knob import check_parts, check_start, check_state
+from torsio.hands import NoHand, PrescribedMotion
+from torsio_hardware.faults import Fault
+from torsio_hardware.knob import Knob
+
+RATES_HZ = {"pico2": 20_000.0, "pico": 10_000.0}
+_SETTLE_S = 0.3  # the board learns its sensor's zero
+_CAPS: dict[str, Any] = {
+    "motor_torque_cap_nm": 0.015,
+    "brake_torque_cap_nm": 0.015,
+    "speed_limit_rad_s": 10.0,
+}
+_DRAG_NM = 0.01
+_PUSHED_RAD = 0.2
+# What each finding means, in the order in which one looks.
+CAUSES = {
+    "encoder:still": ("encoder_off",),
+    "encoder:backwards": ("encoder_swapped",),
+    "encoder:counts": ("encoder_lines",),
+    "doctor:emergency_stop": ("stop_open",),
+    "doctor:actuator": ("bridge_fault",),
+    "doctor:supply": ("supply_off", "supply_24v"),
+    "doctor:current_sensor": ("sensor_off",),
+    "supply:pull_down": ("pull_down_missing",),
+    "motor:backwards": ("motor_swapped",),
+    "calibrate:noisy": ("encoder_noisy",),
+    "motor:winding": ("sensor_stuck",),
+    "calibrate:winding_values": ("motor_contact",),
+    "calibrate:winding": ("motor_contact", "sensor_stuck"),
+    "calibrate:does_not_hold": ("brake_off", "brake_coil_24v", "hub_slips"),
+    "calibrate:drag": ("brake_drags", "knob_rubs"),
+    "calibrate:shaft_soft": ("belt_loose", "spring_soft"),
+    "calibrate:spring_off": ("spring_soft",),
+}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a step has shown.
+
+    Attributes
+    ----------
+    finding
+        Empty if all is as it should be.
+    """
+
+    step: str
+    command: str
+    text: str
+    finding: str = ""
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Names of faults that it may be."""
+        return CAUSES.get(self.finding, ())
+
+
+@dataclass
+class Bench:
+    """A knob on a bench: what a maker can do and see."""
+
+    knob: Knob
+    device: torsio.Knob
+    world: Any
+    fault: Fault | None = None
+    found: Any = None
+    meter: dict[str, float] = field(default_factory=dict)
+
+    def volts(self, point: str, right: float) -> float:
+        """Read the meter."""
+        return self.meter.get(point, right)
+
+
+@contextmanager
+def emulated(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator[Bench]:
+    """Give the emulated device, of the firmware's own sources, wired with a fault or without."""
+    plant = knob.plant(seed)
+    if fault is not None:
+        plant = fault.change(plant)
+    # As after `torsio config load` and a start: pins and supply are taken when the board starts.
+    configs = knob.configs()
+    if fault is not None and fault.reversed_encoder:
+        sign = not configs["actuator"].encoder_reversed
+        configs["actuator"] = replace(configs["actuator"], encoder_reversed=sign)
+    options = torsio.EmulatorOptions(
+        plant=plant, control_rate_hz=RATES_HZ[knob.board], seed=seed or 0, **configs
+    )
+    with torsio.open("emulated", emulator=options) as device:
+        yield Bench(knob, device, device.emulator, fault, meter=dict(fault.meter) if fault else {})
+
+
+def _apply(bench: Bench) -> Seen:
+    """Look whether the board has the values and pins of the file."""
+    if bench.fault is not None:
+        bench.fault.happen(bench.world)
+    bench.device.sleep(_SETTLE_S)
+    board, told = bench.device.board_config(), bench.knob.settings()
+    wrong = [name for name in bench.knob.pins if getattr(board, name) != told[name]]
+    text = f"the board has {len(told)} values and pins of the file"
+    return Seen("link", "torsio config load knob.json", text, "link:pins" if wrong else "")
+
+
+def _turn(bench: Bench) -> Seen:
+    """Turn the knob by hand, once, and let go."""
+    device = bench.device
+    begin = device.position_rad()
+    bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (2.0, begin + 2 * math.pi)]))
+    device.sleep(2.2)
+    bench.world.set_hand(NoHand())
+    counts = (device.position_rad() - begin) / (2 * math.pi) * bench.knob.number("counts_per_rev")
+    low, high = bench.knob.expected()[0][2]
+    text = f"one turn: {counts:.0f} counts, expected {low:.0f} to {high:.0f}"
+    finding = ""
+    if abs(counts) < 50:
+        finding = "encoder:still"
+    elif counts < 0:
+        finding = "encoder:backwards"
+    elif not low <= counts <= high:
+        finding = "encoder:counts"
+    return Seen("encoder", "torsio monitor", text, finding)
+
+
+def _meter(bench: Bench) -> Seen:
+    """Measure with a meter what the firmware cannot see."""
+    shown = bench.volts("enable, board held in reset", 0.0)
+    text = f"enable line with the board held in reset: {shown:.1f} V, expected 0 to 0.3 V"
+    return Seen("supply", "meter", text, "supply:pull_down" if shown > 0.3 else "")
+
+
+def _doctor(bench: Bench) -> Seen:
+    """Ask `doctor`, but for clocks and answers: they mean nothing where time is virtual."""
+    device, health = bench.device, bench.device.health()
+    facts = KnobFacts(
+        info=device.info,
+        before=health,
+        after=health,
+        watchdog_s=device.control_config().watchdog_s,
+        watches_supply=device.board_config().supply_sense_pin != 0,
+        limits=device.limits(),
+        clock=ClockFit(0.0, 0.0, 0.0),
+        round_trips=None,
+        samples=0,
+        link=device.statistics(),
+    )
+    for check in (check_state, check_start, check_parts):
+        finding = check(facts)
+        # Parts are not confirmed yet.
+        if not finding.ok and finding.check != "parts":
+            first = finding.faults[0] if finding.faults else finding.check
+            return Seen("doctor", "torsio doctor", finding.text, f"doctor:{first}")
+    return Seen("doctor", "torsio doctor", "no fault")
+
+
+def _stop(bench: Bench) -> Seen:
+    """Press the emergency stop and release it."""
+    device = bench.device
+    bench.world.set_emergency_stop(pressed=True)
+    device.sleep(0.1)
+    pressed = "emergency_stop" in device.faults()
+    bench.world.set_emergency_stop(pressed=False)
+    device.sleep(0.1)
+    device.clear_fault()
+    text = "pressed: fault emergency_stop; released and cleared: disarmed"
+    return Seen("stop", "torsio monitor", text, "" if pressed else "stop:not_seen")
+
+
+def _push(bench: Bench) -> Seen:
+    """Let the motor push a little more than the friction, then with all that the cap lets.
+
+    With the law `motor_only`: one that brakes holds a knob whose motor is swapped, unseen.
+    """
+    device = bench.device
+    device.configure(torsio.ControlConfig(law="motor_only", **_CAPS))
+    actuator = device.actuator_config()
+    friction = actuator.knob_coulomb_nm + actuator.brake_drag_nm
+    begin, fastest = device.position_rad(), 0.0
+    device.arm()
+    for push_nm in (1.3 * friction, _CAPS["motor_torque_cap_nm"]):
+        device.play(torsio.Constant(torque_nm=push_nm))
+        for _ in range(20):
+            device.sleep(0.01)
+            fastest = device.position_rad() - begin
+            if device.state != "armed" or abs(fastest) > _PUSHED_RAD:
+                break
+        if device.state != "armed" or abs(fastest) > _PUSHED_RAD:
+            break
+    faults = device.faults()
+    if device.state == "armed":
+        device.stop()
+        device.disarm()
+    if faults:
+        device.sleep(0.5)
+        device.clear_fault()
+    finding = "motor:backwards" if fastest < -_PUSHED_RAD / 2 else ""
+    if not finding and faults:
+        finding = f"motor:{faults[0]}"
+    text = f"a push turned the knob by {fastest:+.2f} rad; faults: {', '.join(faults) or 'none'}"
+    return Seen("motor", "torsio studio", text, finding)
+
+
+def _drag(bench: Bench) -> Seen:
+    """Let the brake drag, by the law `parallel`."""
+    device = bench.device
+    device.configure(torsio.ControlConfig(law="parallel", **_CAPS))
+    device.arm()
+    device.play(torsio.Friction(torque_nm=_DRAG_NM))
+    device.sleep(0.5)
+    armed = device.state == "armed"
+    if armed:
+        device.disarm()
+    low, high = next(row[2] for row in bench.knob.expected() if row[0] == "brake")
+    text = f"friction of 10 mN m: measure {low:.2f} to {high:.2f} V at the coil"
+    return Seen("brake", "torsio studio", text, "" if armed else "brake:disarmed")
+
+
+def _confirm(bench: Bench) -> Seen:
+    """Confirm the parts; give calibration the speed that it takes."""
+    device = bench.device
+    device.configure(torsio.ControlConfig(speed_limit_rad_s=160.0))
+    device.update(confirmed=True, motor_current_continuous_a=2.0)
+    device.sleep(_SETTLE_S)
+    return Seen("confirm", "torsio config set confirmed=on speed_limit_rad_s=160", "done")
+
+
+def _calibrate(bench: Bench) -> Seen:
+    """Calibrate, and hold what is found against what the file lets expect."""
+    command = f"torsio calibrate --supply {bench.knob.number('supply_v'):g}"
+    try:
+        bench.found = calibration.calibrate(bench.device)
+    except (calibration.Refusal, torsio.Refused) as error:
+        # A fault of the device is named by itself, as `torsio doctor` would.
+        reason = next(iter(bench.device.faults()), getattr(error, "reason", "refused"))
+        return Seen("calibrate", command, str(error), f"calibrate:{reason}")
+    return judge(bench.knob, bench.found.quantities, command)
+
+
+def judge(knob: Knob, quantities: Any, command: str) -> Seen:
+    """Compare what a calibration found with the file's bands: friction first, then the spring."""
+    bands = {row[1]: row[2] for row in knob.expected() if row[0] == "calibrate"}
+    coulomb, stiffness = (quantities[name].value for name in ("coulomb_nm", "stiffness_nm_per_rad"))
+    if coulomb > bands["coulomb_nm"][1]:
+        text = f"friction {1e3 * coulomb:.1f} mN m, expected at most "
+        text += f"{1e3 * bands['coulomb_nm'][1]:.1f}"
+        return Seen("calibrate", command, text, "calibrate:drag")
+    low, high = bands["stiffness_nm_per_rad"]
+    nominal = knob.number("spring_stiffness_nm_per_rad")
+    text = (
+        f"shaft {stiffness:.3f} N m/rad, {100 * (stiffness / nominal - 1):+.0f} % of the file's; a "
+        f"print may have {low:.2f} to {high:.2f}"
+    )
+    if stiffness < low:
+        return Seen("calibrate", command, text, "calibrate:shaft_soft")
+    if abs(stiffness / nominal - 1) > 0.1:
+        return Seen("calibrate", command, text, "calibrate:spring_off")
+    return Seen("calibrate", command, text)
+
+
+STEPS: tuple[Callable[[Bench], Seen], ...] = (
+    _apply, _turn, _meter, _doctor, _stop, _push, _drag, _confirm, _calibrate,
+)  # fmt: skip
+
+
+def run(
+    bench: Bench, tell: Callable[[Seen], object], steps: tuple[Callable[[Bench], Seen], ...] = STEPS
+) -> Seen | None:
+    """Go through the steps of first power until one shows something wrong, and return that."""
+    for step in steps:
+        seen = step(bench)
+        tell(seen)
+        if seen.finding:
+            return seen
+    return None

@@ -1,0 +1,101 @@
+"""`torsio rehearse`: the whole of first power before there are parts."""
+
+from __future__ import annotations
+
+import importlib
+import random
+import warnings
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import torsio
+from torsio_hardware import faults, rehearsal
+from torsio_hardware.cli import fail, tell
+from torsio_hardware.knob import DEFAULT, Knob, load
+
+app = typer.Typer(help="Rehearse first power of a knob that is not built yet.")
+
+_ADVICE = {fault.name: fault.words for fault in faults.FAULTS}
+
+
+def _bench(
+    knob: Knob, fault: faults.Fault | None, seed: int | None, *, chip: bool
+) -> AbstractContextManager[rehearsal.Bench]:
+    if not chip:
+        return rehearsal.emulated(knob, fault, seed)
+    try:
+        binary = importlib.import_module("tests.hardware.chip").binary
+    except ModuleNotFoundError as error:
+        raise ValueError(
+            f"--chip runs in a clone of the project alone, after ./dev firmware: {error}"
+        ) from None
+    found: AbstractContextManager[rehearsal.Bench] = binary(knob, fault, seed)
+    return found
+
+
+@app.callback(invoke_without_command=True)
+def rehearse(
+    file: Annotated[
+        Path, typer.Argument(help="A knob's file; the reference knob if unset.")
+    ] = DEFAULT,
+    fault: Annotated[
+        str, typer.Option(metavar="NAME", help="Build this fault in; `list` names all.")
+    ] = "",
+    blind: Annotated[
+        int | None,
+        typer.Option(metavar="NUMBER", help="Have a fault and parts drawn, and not told."),
+    ] = None,
+    reveal: Annotated[
+        bool, typer.Option("--reveal", help="Tell at the end which fault it was.")
+    ] = False,
+    chip: Annotated[
+        bool,
+        typer.Option(
+            "--chip", help="The released firmware in the emulated chip; slow, without calibration."
+        ),
+    ] = False,
+) -> None:
+    """Go through the steps of docs/hardware.md, First power, and name what is wrong.
+
+    The device is the emulated one, of the firmware's own sources. Exit status 1: something was
+    found.
+    """
+    if fault == "list":
+        tell([f"{each.name:18} {each.words}" for each in faults.FAULTS])
+        return
+    try:
+        knob = load(file)
+        chosen = faults.named(fault) if fault else None
+        if blind is not None:
+            chosen = random.Random(blind).choice(faults.FAULTS)
+        with warnings.catch_warnings(), _bench(knob, chosen, blind, chip=chip) as bench:
+            warnings.simplefilter("ignore", torsio.SceneWarning)
+            steps = rehearsal.STEPS[:-2] if chip else rehearsal.STEPS
+            seen = rehearsal.run(bench, _tell_step, steps)
+    except (ValueError, OSError, torsio.Error) as error:
+        raise fail(error) from None
+    if seen is not None:
+        tell(
+            [
+                f"found    {seen.finding}",
+                *(f"         maybe: {_ADVICE[name]}" for name in seen.causes),
+            ]
+        )
+    else:
+        tell(["found    nothing wrong"])
+    if reveal:
+        tell([f"built in {chosen.words if chosen else 'no fault'}"])
+    if seen is not None:
+        raise typer.Exit(1)
+
+
+def _tell_step(seen: rehearsal.Seen) -> None:
+    tell(
+        [
+            f"{'WRONG' if seen.finding else 'ok':6} {seen.step:10} $ {seen.command}",
+            f"{'':18}{seen.text}",
+        ]
+    )

@@ -1,0 +1,78 @@
+"""A rehearsal's bench round a board's released firmware in its emulated chip."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import torsio
+from tests.board import pico
+from tests.board.live import BinaryTransport
+from tests.board.pico import EmulatedPico, enumerated
+from tests.board.world import World
+from torsio_hardware.faults import Fault
+from torsio_hardware.knob import Knob
+from torsio_hardware.rehearsal import Bench
+
+_CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that it shows
+
+
+class ChipWorld:
+    """What a maker does to a board in its emulated chip."""
+
+    def __init__(self, board: EmulatedPico, world: World) -> None:
+        self._board, self._world = board, world
+        self._frozen = False
+        board.couple(self._pass_period)
+
+    def _pass_period(self, motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
+        amperes, edges = self._world.pass_period(motor, brake, enabled)
+        return amperes, [] if self._frozen else edges
+
+    def set_hand(self, hand: torsio.Hand) -> None:
+        # Its times are those of the world, and a rehearsal's begin with now.
+        now = self._world.time_s
+        if isinstance(hand, torsio.PrescribedMotion):
+            given: Any = hand.angle_rad
+            path = [(now + time, angle) for time, angle in given]
+            hand = torsio.PrescribedMotion(angle_rad=path)
+        self._world.set_hand(hand)
+
+    def set_emergency_stop(self, *, pressed: bool) -> None:
+        self._board.do("pin", pin=11, high=pressed)
+
+    def set_actuator_fault(self, *, present: bool) -> None:
+        self._board.do("pin", pin=12, high=not present)
+
+    def freeze_encoder(self, *, frozen: bool) -> None:
+        self._frozen = frozen
+
+    def set_supply(self, supply_v: float) -> None:
+        self._board.do("motor", supply=supply_v)
+
+    def set_current_sensor(self, state: str) -> None:
+        self._board.do("motor", sensor_amperes=_CONVERTER[state])
+
+
+@contextmanager
+def binary(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator[Bench]:
+    """Give the file that a maker copies to the board, configured, saved, and started anew."""
+    pico.choose(knob.board)
+    plant = knob.plant(seed)
+    plant = plant if fault is None else fault.change(plant)
+    reversed_encoder = fault is not None and fault.reversed_encoder
+    with enumerated() as board:
+        with torsio.open(BinaryTransport(board)) as device:
+            for config in knob.configs().values():
+                device.configure(config)
+            device.update(encoder_reversed=reversed_encoder)
+            device.save()
+        board.power_cycle()
+        board.enumerate()
+        world = ChipWorld(board, World(plant))
+        assert plant.electrics is not None
+        world.set_supply(plant.electrics.supply_v)
+        with torsio.open(BinaryTransport(board)) as device:
+            meter = dict(fault.meter) if fault else {}
+            yield Bench(knob, device, world, fault, meter=meter)

@@ -1,0 +1,107 @@
+"""A knob from its file, and first power on it before there are parts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from torsio_hardware import faults, rehearsal
+from torsio_hardware.knob import DEFAULT, Knob, load
+from torsio_hardware.rehearsing import app
+
+# Those that a step before the calibration finds: a few seconds for all.
+EARLY = [fault.name for fault in faults.FAULTS if not fault.finding.startswith("calibrate")]
+
+
+@pytest.fixture(scope="module")
+def knob() -> Knob:
+    return load()
+
+
+def rehearse(knob: Knob, name: str, seed: int | None = None) -> rehearsal.Seen | None:
+    fault = faults.named(name) if name else None
+    with rehearsal.emulated(knob, fault, seed) as bench:
+        return rehearsal.run(bench, lambda seen: None)
+
+
+def test_twenty_faults_have_names_of_their_own_and_a_finding_that_may_be_each(knob: Knob) -> None:
+    assert len({fault.name for fault in faults.FAULTS}) == 20
+    for fault in faults.FAULTS:
+        assert fault.name in rehearsal.CAUSES[fault.finding]
+    # Few enough to look at one after the other.
+    assert max(map(len, rehearsal.CAUSES.values())) <= 3
+
+
+@pytest.mark.parametrize("name", EARLY)
+def test_fault_of_wiring_is_named_before_anything_is_calibrated(knob: Knob, name: str) -> None:
+    seen = rehearse(knob, name)
+    assert seen is not None
+    assert seen.finding == faults.named(name).finding
+    assert name in seen.causes
+
+
+def test_settings_are_those_that_a_device_takes(knob: Knob) -> None:
+    with torsio.open("emulated") as device:
+        for config in knob.configs().values():
+            device.configure(config)
+        assert device.board_config().supply_sense_pin == 27
+        assert device.actuator_config().spring_stiffness_nm_per_rad == pytest.approx(2.873)
+    # The board has the pins of its defaults, so that the drawings of the guide hold.
+    default = torsio.BoardConfig()
+    off = {name for name, pin in knob.pins.items() if pin != getattr(default, name)}
+    assert off == {"supply_sense_pin"}
+
+
+def test_plants_that_are_drawn_lie_within_what_the_file_says(knob: Knob) -> None:
+    drawn = [knob.plant(seed).shaft_stiffness_nm_per_rad for seed in range(20)]
+    low, high = knob.values["spring_stiffness_nm_per_rad"].band()
+    assert low <= min(drawn) < 2.6 < 3.1 < max(drawn) <= high
+    assert knob.plant(3) == knob.plant(3)
+
+
+def test_figures_are_those_of_the_closed_forms(knob: Knob) -> None:
+    figures = knob.figures()
+    # beta 0.5, 85 and 110 mN m; 2 pi 2.873 / 8192, as the paper has it.
+    assert figures["critical_torque_nm"] == pytest.approx(0.17)
+    assert figures["least_torque_sensed_nm"] == pytest.approx(2.2e-3, rel=0.01)
+    assert 20 < figures["stable_stiffness_nm_per_rad"] < 200
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("motor_pin = 6", "motor_pin = 2", "GP3 has two jobs|GP2 has two jobs"),
+        ("supply_v = {", "supply_w = {", "supply_v is missing"),
+        ('material = "petg"', 'material = "wood"', "no material"),
+        ("uncertainty = 0.3 ", "sigma = 0.3 ", "needs value and uncertainty"),
+        ("value = 12.0", 'value = "12"', "is no number"),
+        ("[pins]", "[pegs]", "unknown table"),
+        ("[pins]", "[pins", "is no TOML"),
+    ],
+)
+def test_file_with_a_mistake_is_refused_in_words(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    text = DEFAULT.read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "knob.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ValueError, match=words):
+        load(tmp_path / "knob.toml")
+
+
+def test_command_names_a_fault_and_tells_which_was_built_in() -> None:
+    result = CliRunner().invoke(app, ["--fault", "motor_swapped", "--reveal"])
+    assert result.exit_code == 1
+    assert "found    motor:backwards" in result.output
+    assert result.output.count("the motor's two wires are swapped") == 2
+    listed = CliRunner().invoke(app, ["--fault", "list"])
+    assert listed.exit_code == 0
+    assert len(listed.output.splitlines()) == 20
+    unknown = CliRunner().invoke(app, ["--fault", "gremlins"])
+    assert unknown.exit_code == 1
+    assert "no fault 'gremlins'" in unknown.output
+    assert json.loads(json.dumps(load().expected()))
