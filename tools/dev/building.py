@@ -74,8 +74,10 @@ TORSIO = PythonPackage(
 STUDIES = PythonPackage(
     "torsio_studies", "studies", ("studies", *TORSIO.sources), "release", {"TORSIO_BUILD_SDK": "ON"}
 )
-# What ``build``, ``test`` and ``bench`` install, in this order; a demo installs the first alone.
-PACKAGES = (TORSIO, STUDIES)
+# Has nothing to compile.
+HARDWARE = PythonPackage("torsio_hardware", "hardware", ("hardware", "CMakeLists.txt"), "release")
+# What ``build`` and ``bench`` install, in this order; a demo installs the first alone.
+PACKAGES = (TORSIO, STUDIES, HARDWARE)
 
 
 def digest(names: Iterable[str]) -> str:

@@ -144,6 +144,8 @@ def _build_tests(plan: groups.Plan) -> None:
     building.build_python(building.TORSIO, sources.tinyusb)
     if "studies" in needs:
         building.build_python(building.STUDIES, sources.tinyusb)
+    if "hardware" in needs:
+        building.build_python(building.HARDWARE, sources.tinyusb)
     if "making" in needs:
         environment.make_hardware()
     if "firmware" in needs:

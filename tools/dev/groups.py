@@ -127,7 +127,6 @@ _FIGURES = (
     *("tests/studies/test_bench_brake.py", "tests/studies/test_bench_stiffness.py"),
 )
 _FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
-_MAKING = "tests/hardware/making"  # needs the packages that draw and compute elements
 _BOARD_NEEDS = ("firmware", "python", "studies")
 _EVERY_BOARD = {BOARDS_VARIABLE: " ".join(building.BOARDS)}
 
@@ -197,7 +196,7 @@ GROUPS = {
     "hardware": Group(
         "the knob to build: closed forms, parts, what a rehearsal finds",
         ("tests/hardware",),
-        ("python",),
+        ("python", "hardware"),
         (*_PYTHON, "hardware", "tools"),
     ),
     "claims": Group(
@@ -254,8 +253,8 @@ GROUPS = {
     ),
     "making": Group(
         "the knob to build: finite elements of two programs, solids, drawings, every rehearsal",
-        (_MAKING,),
-        (*_BOARD_NEEDS, "making"),
+        ("tests/making",),
+        (*_BOARD_NEEDS, "hardware", "making"),
         (*_COVERED_BY_BOARDS, "hardware", "tests/hardware"),
         slow=True,
     ),
@@ -425,7 +424,7 @@ def _tests(names: Sequence[str]) -> list[str]:
     paths = list(dict.fromkeys(path for name in names for path in GROUPS[name].tests))
     below = [
         file
-        for file in (*_FIGURES, _FIREFOX, _MAKING)
+        for file in (*_FIGURES, _FIREFOX)
         if file not in paths and any(file.startswith(f"{path}/") for path in paths)
     ]
     return [*paths, *(f"--ignore={file}" for file in below)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import random
+import sys
 import warnings
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -27,7 +28,8 @@ def _bench(
     if not chip:
         return rehearsal.emulated(knob, fault, seed)
     try:
-        binary = importlib.import_module("tests.hardware.chip").binary
+        sys.path.insert(0, str(Path.cwd()))  # the tests of a clone have the chip
+        binary = importlib.import_module("tests.making.chip").binary
     except ModuleNotFoundError as error:
         raise ValueError(
             f"--chip runs in a clone of the project alone, after ./dev firmware: {error}"
@@ -39,7 +41,7 @@ def _bench(
 @app.callback(invoke_without_command=True)
 def rehearse(
     file: Annotated[
-        Path, typer.Argument(help="A knob's file; the reference knob if unset.")
+        Path, typer.Argument(help="A knob's file; the reference knob if unset.", show_default=False)
     ] = DEFAULT,
     fault: Annotated[
         str, typer.Option(metavar="NAME", help="Build this fault in; `list` names all.")

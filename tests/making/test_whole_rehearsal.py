@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.hardware.chip import binary
+from tests.making.chip import binary
 from tests.hardware.test_rehearsal import rehearse
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.knob import load
