@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.making.chip import binary
 from tests.hardware.test_rehearsal import rehearse
+from tests.making.chip import binary
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.knob import load
 
