@@ -252,9 +252,11 @@ core::ForceSource* ControlLoop::serve_game() {
   const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
                         owner_ != Owner::sdk && connected() &&
                         held.load(std::memory_order_relaxed) == 0;
-  const bool started = game.take_orders(game_params_, may_play, controller_.tick);
-  if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
+  const bool started = game.take_orders(may_play, controller_.tick);
+  const bool wanted = game.wanted() && may_play;
+  if ((started || wanted) && owner_ == Owner::none) set_state(State::armed, Owner::game);
   if (owner_ == Owner::game && !passive_) {
+    if (wanted) game.raise_walls();
     if (game.playing()) {
       game_idle_ticks_ = 0;
     } else if (!game.fading() &&

@@ -247,7 +247,7 @@ class ControlLoop {
   // that no arming comes between the question and what must not happen to an armed device.
   std::atomic<std::uint32_t> held{0};
   Ring<Answer, 16> answers;
-  game::Forces game{attention_};
+  game::Forces game{attention_, game_params_};
   Ring<LoopSample, 64> samples;
 
  private:

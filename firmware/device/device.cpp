@@ -453,7 +453,8 @@ void Device::service() {
   if (personality_ == protocol::Personality::dial) {
     serve_dial(now);
   } else {
-    game_.service({now.tick, now.position_counts, now.owner});
+    const Wish wish = game_.service({now.tick, now.position_counts, now.zeroings, now.owner});
+    if (wish != Wish::nothing_new) loop_.game.want(wish == Wish::take);
   }
   // One order at a time, and only when its answer and an event have room: see ControlLoop::give().
   if (!loop_.takes_order() || save_order_) return;
@@ -475,8 +476,8 @@ void Device::service() {
 }
 
 void Device::serve_dial(const Now& now) {
-  const dial::Wish wish = dial_.service({now.tick, now.position_counts, now.zeroings, now.owner});
-  if (wish != dial::Wish::nothing_new) loop_.want_dial(wish == dial::Wish::take);
+  const Wish wish = dial_.service({now.tick, now.position_counts, now.zeroings, now.owner});
+  if (wish != Wish::nothing_new) loop_.want_dial(wish == Wish::take);
 }
 
 void Device::set_buttons(std::uint8_t pressed) {

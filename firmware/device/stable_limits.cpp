@@ -34,8 +34,13 @@ StableLimits make_stable_limits(const Config& config, float period_s) {
   return most;
 }
 
+float bristle_nm_per_rad(const StableLimits& limits, float held_nm) {
+  return core::smaller(limits.bristle / (held_nm * held_nm), limits.quantised);
+}
+
 float game_torque_max_nm(const Config& config) {
-  return core::smaller(config.game.torque_max_nm, motor_max_nm(config));
+  const float share = static_cast<float>(config.game.torque_max_percent) * 0.01F;
+  return core::smaller(config.game.torque_max_nm, share * motor_max_nm(config));
 }
 
 }  // namespace torsio::device

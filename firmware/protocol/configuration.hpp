@@ -272,6 +272,19 @@ struct GameConfig {
   DialUse dial_use = DialUse::wheel;
   std::uint8_t dial_detents = 24;
   float dial_torque_nm = 0.02F;
+  std::uint8_t own_damper_percent = 0;
+  std::uint8_t own_friction_percent = 0;
+  std::uint8_t own_inertia_percent = 0;
+  std::uint8_t own_spring_percent = 0;
+  std::uint8_t constants_gain_percent = 100;
+  std::uint8_t waves_gain_percent = 100;
+  std::uint8_t springs_gain_percent = 100;
+  std::uint8_t dampers_gain_percent = 100;
+  std::uint8_t inertias_gain_percent = 100;
+  std::uint8_t frictions_gain_percent = 100;
+  std::uint8_t torque_max_percent = 100;
+  Toggle reversed = Toggle::off;
+  Toggle dial_coarse = Toggle::off;
 };
 template <>
 struct Layout<GameConfig> {
@@ -313,6 +326,33 @@ struct Layout<GameConfig> {
       number("dial_detents", &GameConfig::dial_detents, "", 1, 240, "of a dial, in a turn"),
       number("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0, max_torque_nm,
              "of a dial between two detents, no more than is stable; 0: it turns freely"),
+      number(
+          "own_damper_percent", &GameConfig::own_damper_percent, "", 0, 100,
+          "of a full damper, always felt while somebody turns the knob, with a game and without"),
+      number("own_friction_percent", &GameConfig::own_friction_percent, "", 0, 100,
+             "of full torque, likewise"),
+      number("own_inertia_percent", &GameConfig::own_inertia_percent, "", 0, 100,
+             "of a full inertia, likewise"),
+      number("own_spring_percent", &GameConfig::own_spring_percent, "", 0, 100,
+             "of a full spring to the middle, while no game plays"),
+      number("constants_gain_percent", &GameConfig::constants_gain_percent, "", 0, 100,
+             "of games' constant forces and ramps"),
+      number("waves_gain_percent", &GameConfig::waves_gain_percent, "", 0, 100, "of games' waves"),
+      number("springs_gain_percent", &GameConfig::springs_gain_percent, "", 0, 100,
+             "of games' springs"),
+      number("dampers_gain_percent", &GameConfig::dampers_gain_percent, "", 0, 100,
+             "of games' dampers"),
+      number("inertias_gain_percent", &GameConfig::inertias_gain_percent, "", 0, 100,
+             "of games' inertias"),
+      number("frictions_gain_percent", &GameConfig::frictions_gain_percent, "", 0, 100,
+             "of games' frictions"),
+      number("torque_max_percent", &GameConfig::torque_max_percent, "", 1, 100,
+             "of the motor's torque, the most that all effects together get; the less of this and "
+             "`torque_max_nm`"),
+      choice("reversed", &GameConfig::reversed,
+             "on: axis, games' forces and the dial go the other way"),
+      choice("dial_coarse", &GameConfig::dial_coarse,
+             "on: a dial tells whole detents, although the host asks for fine ones"),
   };
 };
 
@@ -453,7 +493,7 @@ struct Layout<CalibrationConfig> {
 static_assert(wire_size<ActuatorConfig>() == 61);
 static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 63);
-static_assert(wire_size<GameConfig>() == 48);
+static_assert(wire_size<GameConfig>() == 61);
 static_assert(wire_size<ShaftConfig>() == 35);
 static_assert(wire_size<CalibrationConfig>() == 63);
 

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 822249471;
+export const FINGERPRINT: number = 3540921074;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -379,7 +379,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "GameConfig",
     "doc": "Permissions of games on the game interface, and the scale of their torques; docs/reference/games.md.",
     "notes": "Set only while disarmed.",
-    "size": 48,
+    "size": 61,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
@@ -398,6 +398,19 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "dial_use", "kind": "choice", "doc": "of a dial", "wire": "dial_use", "type": "u8", "enumeration": "DialUse", "values": ["wheel", "pan", "volume"], "default": "wheel", "shown": true},
       {"name": "dial_detents", "kind": "whole", "doc": "of a dial, in a turn", "wire": "dial_detents", "type": "u8", "low": 1, "high": 240, "default": 24, "shown": true},
       {"name": "dial_torque_nm", "kind": "number", "doc": "of a dial between two detents, no more than is stable; 0: it turns freely", "wire": "dial_torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.02, "shown": true},
+      {"name": "own_damper_percent", "kind": "whole", "doc": "of a full damper, always felt while somebody turns the knob, with a game and without", "wire": "own_damper_percent", "type": "u8", "low": 0, "high": 100, "default": 0, "shown": true},
+      {"name": "own_friction_percent", "kind": "whole", "doc": "of full torque, likewise", "wire": "own_friction_percent", "type": "u8", "low": 0, "high": 100, "default": 0, "shown": true},
+      {"name": "own_inertia_percent", "kind": "whole", "doc": "of a full inertia, likewise", "wire": "own_inertia_percent", "type": "u8", "low": 0, "high": 100, "default": 0, "shown": true},
+      {"name": "own_spring_percent", "kind": "whole", "doc": "of a full spring to the middle, while no game plays", "wire": "own_spring_percent", "type": "u8", "low": 0, "high": 100, "default": 0, "shown": true},
+      {"name": "constants_gain_percent", "kind": "whole", "doc": "of games' constant forces and ramps", "wire": "constants_gain_percent", "type": "u8", "low": 0, "high": 100, "default": 100, "shown": true},
+      {"name": "waves_gain_percent", "kind": "whole", "doc": "of games' waves", "wire": "waves_gain_percent", "type": "u8", "low": 0, "high": 100, "default": 100, "shown": true},
+      {"name": "springs_gain_percent", "kind": "whole", "doc": "of games' springs", "wire": "springs_gain_percent", "type": "u8", "low": 0, "high": 100, "default": 100, "shown": true},
+      {"name": "dampers_gain_percent", "kind": "whole", "doc": "of games' dampers", "wire": "dampers_gain_percent", "type": "u8", "low": 0, "high": 100, "default": 100, "shown": true},
+      {"name": "inertias_gain_percent", "kind": "whole", "doc": "of games' inertias", "wire": "inertias_gain_percent", "type": "u8", "low": 0, "high": 100, "default": 100, "shown": true},
+      {"name": "frictions_gain_percent", "kind": "whole", "doc": "of games' frictions", "wire": "frictions_gain_percent", "type": "u8", "low": 0, "high": 100, "default": 100, "shown": true},
+      {"name": "torque_max_percent", "kind": "whole", "doc": "of the motor's torque, the most that all effects together get; the less of this and `torque_max_nm`", "wire": "torque_max_percent", "type": "u8", "low": 1, "high": 100, "default": 100, "shown": true},
+      {"name": "reversed", "kind": "switch", "doc": "on: axis, games' forces and the dial go the other way", "wire": "reversed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
+      {"name": "dial_coarse", "kind": "switch", "doc": "on: a dial tells whole detents, although the host asks for fine ones", "wire": "dial_coarse", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
     ],
   },
   "shaft_config": {

@@ -296,6 +296,34 @@ class GameConfig(checks.ByName):
         Of a dial, in a turn; 1 to 240.
     dial_torque_nm
         Of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100.
+    own_damper_percent
+        Of a full damper, always felt while somebody turns the knob, with a game and without; 0 to
+        100.
+    own_friction_percent
+        Of full torque, likewise; 0 to 100.
+    own_inertia_percent
+        Of a full inertia, likewise; 0 to 100.
+    own_spring_percent
+        Of a full spring to the middle, while no game plays; 0 to 100.
+    constants_gain_percent
+        Of games' constant forces and ramps; 0 to 100.
+    waves_gain_percent
+        Of games' waves; 0 to 100.
+    springs_gain_percent
+        Of games' springs; 0 to 100.
+    dampers_gain_percent
+        Of games' dampers; 0 to 100.
+    inertias_gain_percent
+        Of games' inertias; 0 to 100.
+    frictions_gain_percent
+        Of games' frictions; 0 to 100.
+    torque_max_percent
+        Of the motor's torque, the most that all effects together get; the less of this and
+        `torque_max_nm`; 1 to 100.
+    reversed
+        True: axis, games' forces and the dial go the other way.
+    dial_coarse
+        True: a dial tells whole detents, although the host asks for fine ones.
     """
 
     _: KW_ONLY
@@ -314,6 +342,19 @@ class GameConfig(checks.ByName):
     dial_use: Literal["wheel", "pan", "volume"] = "wheel"
     dial_detents: int = 24
     dial_torque_nm: float = 0.02
+    own_damper_percent: int = 0
+    own_friction_percent: int = 0
+    own_inertia_percent: int = 0
+    own_spring_percent: int = 0
+    constants_gain_percent: int = 100
+    waves_gain_percent: int = 100
+    springs_gain_percent: int = 100
+    dampers_gain_percent: int = 100
+    inertias_gain_percent: int = 100
+    frictions_gain_percent: int = 100
+    torque_max_percent: int = 100
+    reversed: bool = False
+    dial_coarse: bool = False
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,6 @@ namespace {
 
 using protocol::DialUse;
 
-// More than the flicker of an encoder that stands between two counts.
-constexpr std::int64_t kTurnedCounts = 2;
-// A dial that nobody turns for so long lets go of the actuator.
-constexpr std::uint32_t kRestNs = 1'000'000'000;
 // 1 of so many shares of a pitch, on either side of a notch, belongs to the notch.
 constexpr std::int64_t kNotchShare = 8;
 // A host that listens takes a report in the next frame or two. One that takes it later has just
@@ -63,8 +59,7 @@ std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
   return (turn * detents_per_turn + notch) * kUnits + (beyond < 0 ? -part : part);
 }
 
-Dial::Dial(const Config& config, std::uint32_t period_ns) {
-  rest_ticks_ = kRestNs / period_ns;
+Dial::Dial(const Config& config, std::uint32_t period_ns) : turn_watch_(period_ns) {
   prompt_ticks_ = kPromptNs / period_ns;
   listen_ticks_ = kListenNs / period_ns;
   deaf_ticks_ = kDeafNs / period_ns;
@@ -76,10 +71,15 @@ void Dial::configure(const Config& config) {
   counts_per_rev_ = config.actuator.counts_per_rev;
   detents_ = config.game.dial_detents;
   felt_ = config.game.dial_torque_nm > 0.0F;
+  reversed_ = config.game.reversed == protocol::Toggle::on;
+  coarse_ = config.game.dial_coarse == protocol::Toggle::on;
   skip();
 }
 
-std::int64_t Dial::here() const { return units(now_.position_counts, counts_per_rev_, detents_); }
+std::int64_t Dial::here() const {
+  const std::int64_t place = units(now_.position_counts, counts_per_rev_, detents_);
+  return reversed_ ? -place : place;
+}
 
 /// The host never hears of the whole detents up to here.
 void Dial::skip() {
@@ -103,19 +103,9 @@ void Dial::begin_anew() {
 Wish Dial::service(const Moment& now) {
   const bool moved_origin = now.zeroings != now_.zeroings;
   now_ = now;
-  if (moved_origin) rested_counts_ = now.position_counts;
   // A program's use of the knob is not the desktop's.
   if (moved_origin || now.owner == protocol::Owner::sdk) skip();
-  const std::int64_t turned = now.position_counts - rested_counts_;
-  if (turned >= kTurnedCounts || turned <= -kTurnedCounts) {
-    rested_counts_ = now.position_counts;
-    turned_tick_ = now.tick;
-    turns_ = felt_;
-    return felt_ ? Wish::take : Wish::nothing_new;
-  }
-  if (!turns_ || now.tick - turned_tick_ <= rest_ticks_) return Wish::nothing_new;
-  turns_ = false;
-  return Wish::let_go;
+  return turn_watch_.see(now, moved_origin, felt_);
 }
 
 std::size_t Dial::get_feature(std::uint8_t id, std::span<std::uint8_t> report) const {
@@ -193,7 +183,7 @@ std::int64_t Dial::next_units(bool fine) {
   if (use_ != next_use_) return whole_detents(told_units_) - told_units_;
   const std::int64_t place = here();
   const std::int64_t away = place - told_units_;
-  if (!fine) return away / kUnits * kUnits;
+  if (!fine || coarse_) return away / kUnits * kUnits;
   // The part is paid in the next notch, but not before the knob is turned.
   const bool in_notch = place % kUnits == 0;
   if (debt_ == Debt::fresh && (!in_notch || whole_detents(away) != 0)) debt_ = Debt::due;

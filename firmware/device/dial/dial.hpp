@@ -13,20 +13,10 @@
 #include <span>
 
 #include "device/config.hpp"
+#include "device/turn_watch.hpp"
 #include "protocol/reports.hpp"
 
 namespace torsio::device::dial {
-
-/// Inputs of the dial from the rest of the device.
-struct Moment {
-  std::uint64_t tick = 0;
-  std::int64_t position_counts = 0;
-  std::uint32_t zeroings = 0;  // how often this position was set to zero
-  protocol::Owner owner = protocol::Owner::none;
-};
-
-/// The dial's wishes to the actuator.
-enum class Wish : std::uint8_t { nothing_new, take, let_go };
 
 /// Where the knob stands, in units, 120 to a detent.
 std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
@@ -84,7 +74,8 @@ class Dial {
   std::uint32_t counts_per_rev_ = 1;
   std::uint32_t detents_ = 1;
   bool felt_ = false;  // it has notches
-  std::uint32_t rest_ticks_ = 1;
+  bool reversed_ = false;
+  bool coarse_ = false;
   std::uint32_t prompt_ticks_ = 1;
   std::uint32_t listen_ticks_ = 1;
   std::uint32_t deaf_ticks_ = 1;
@@ -104,9 +95,7 @@ class Dial {
   std::uint8_t buttons_told_ = 0;
   std::uint8_t keys_told_ = 0;
 
-  std::int64_t rested_counts_ = 0;
-  std::uint64_t turned_tick_ = 0;
-  bool turns_ = false;
+  TurnWatch turn_watch_;
 };
 
 }  // namespace torsio::device::dial

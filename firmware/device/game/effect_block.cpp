@@ -1,5 +1,7 @@
 #include "device/game/effect_block.hpp"
 
+#include <utility>
+
 #include "core/math.hpp"
 
 namespace torsio::device::game {
@@ -113,9 +115,20 @@ void prepare_condition(const Block& block, const GameScale& scale, PreparedEffec
   condition.positive_gain = 0.0F;
   condition.negative_gain = 0.0F;
   if (most_nm <= 0.0F) return;
-  // As stiff as it is stable, but no need for it to hold within less than a count or two.
-  condition.positive_gain =
-      core::smaller(scale.most.bristle / (most_nm * most_nm), scale.most.quantised) / effect.gain;
+  condition.positive_gain = bristle_nm_per_rad(scale.most, most_nm) / effect.gain;
+}
+
+/// The same for a knob that goes the other way.
+void mirror(PreparedEffect& effect) {
+  if (effect.metric == Metric::time) {
+    effect.gain = -effect.gain;
+    return;
+  }
+  Condition& condition = effect.condition;
+  condition.offset = -condition.offset;
+  std::swap(condition.positive_limit_nm, condition.negative_limit_nm);
+  // A bristle has one stiffness.
+  if (effect.metric != Metric::slip) std::swap(condition.positive_gain, condition.negative_gain);
 }
 
 }  // namespace
@@ -128,12 +141,15 @@ PreparedEffect prepare_effect(const Block& block, const GameScale& scale, std::u
   PreparedEffect effect;
   effect.delay_ticks = ticks(set.start_delay_ms);
   effect.duration_ticks = is_endless(block) ? 0 : ticks(set.duration_ms);
-  effect.gain = level(set.gain) * scale.gain;
+  effect.gain = level(set.gain) * scale.gain *
+                share_of(scale.gain_percent[static_cast<std::size_t>(block.type)]);
   if (!is_timed(block.type)) {
     prepare_condition(block, scale, effect);
+    if (scale.reversed) mirror(effect);
     return effect;
   }
   effect.gain *= direction_share(block);
+  if (scale.reversed) mirror(effect);
 
   TimedForce& force = effect.timed;
   if (block.type == EffectType::constant) {

@@ -22,9 +22,18 @@ bool is_steady(const PreparedEffect& effect) {
 
 bool Forces::give(const ForceOrder& order) {
   if (!orders_.push(order)) return false;
+  call();
+  return true;
+}
+
+void Forces::call() {
   awake_.store(1, std::memory_order_release);
   attention_.store(1, std::memory_order_release);
-  return true;
+}
+
+void Forces::want(bool wanted) {
+  wanted_.store(wanted ? 1 : 0, std::memory_order_relaxed);
+  call();
 }
 
 bool Forces::stay_awake(bool wanted) {
@@ -33,17 +42,8 @@ bool Forces::stay_awake(bool wanted) {
   return stays;
 }
 
-bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t tick) {
+bool Forces::take_orders(bool may_play, std::uint64_t tick) {
   bool started = false;
-  cap_nm_ = params.torque_max_nm;
-  end_rad_ = params.end_rad;
-  end_stiffness_ = params.end_stiffness;
-  most_ = params.most;
-  blend_ticks_ = params.blend_ticks;
-  release_ticks_ = params.release_ticks;
-  soft_ticks_ = params.soft_ticks;
-  frame_max_ticks_ = params.frame_max_ticks;
-  hit_nm_ = params.hit_nm;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
   for (std::uint32_t n = 0; n < 4; ++n) {
     const ForceOrder* order = orders_.front();
@@ -75,7 +75,7 @@ bool Forces::enable(bool enabled, bool may_play, std::uint64_t now) {
   enabled_ = enabled;
   if (!enabled) {
     for (std::uint8_t i = 0; i < active_; ++i) play_[order_[i]].muted = true;
-    release(release_ticks_);
+    release(params_.release_ticks);
     return false;
   }
   bool heard = false;
@@ -138,7 +138,7 @@ bool Forces::goes_on(const ForceOrder& order) const {
 std::uint32_t Forces::wave_so_far(std::uint8_t block, std::uint64_t now) const {
   const Playing& play = play_[block];
   const std::uint64_t since = now - play.start;
-  if (!play.sounding || since > frame_max_ticks_) return 0;
+  if (!play.sounding || since > params_.frame_max_ticks) return 0;
   return play.wave_phase + effect_[block].timed.phase_per_tick * static_cast<std::uint32_t>(since);
 }
 
@@ -147,7 +147,7 @@ std::uint32_t Forces::wave_so_far(std::uint8_t block, std::uint64_t now) const {
 bool Forces::join(const ForceOrder& order, std::uint64_t now) {
   Playing& play = play_[order.block];
   const PreparedEffect& old = effect_[order.block];
-  const bool first = play.heard == 0 || now - play.heard > frame_max_ticks_;
+  const bool first = play.heard == 0 || now - play.heard > params_.frame_max_ticks;
   play.heard = now;
   if (first || !play.sounding || !is_steady(old) || !is_steady(order.effect)) {
     play.updated = now;
@@ -166,7 +166,7 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
   if (change_nm == 0.0F) return true;
   const std::uint64_t gap = now - play.updated;
   if (2 * gap >= play.frame_ticks) {  // else another report of the same update
-    const bool held = gap > frame_max_ticks_;
+    const bool held = gap > params_.frame_max_ticks;
     play.updated = now;
     play.change_before_nm = held ? 0.0F : play.change_nm;
     play.change_nm = 0.0F;
@@ -176,7 +176,7 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
     }
   }
   play.change_nm += change_nm;
-  float usual_nm = hit_nm_;
+  float usual_nm = params_.hit_nm;
   if (play.change_nm * play.change_before_nm > 0.0F) {
     usual_nm += core::absolute(play.change_before_nm);
   }
@@ -203,7 +203,7 @@ void Forces::start(const ForceOrder& order, std::uint64_t now, bool restarts, bo
   if (play.loops_left == 0) {
     order_[active_++] = order.block;
     mark(playing_, order.block, true);
-    soft_left = soft_ticks_;
+    soft_left = params_.soft_ticks;
   }
   set_loops_aside(order.block, 0);
   const std::uint32_t wave_phase = play.wave_phase;
@@ -240,7 +240,7 @@ bool Forces::go_on(std::uint8_t block, std::uint64_t now) {
   play.loops_left = loops;
   play.slip_rad = 0.0F;
   play.late_nm = 0.0F;
-  play.soft_left = soft_ticks_;
+  play.soft_left = params_.soft_ticks;
   order_[active_++] = block;
   mark(playing_, block, true);
   changed_ = true;
@@ -250,8 +250,11 @@ bool Forces::go_on(std::uint8_t block, std::uint64_t now) {
 
 /// The hand may be far beyond an end when a game begins.
 void Forces::raise_walls() {
-  if (!walls_) walls_soft_left_ = soft_ticks_;
+  if (walls_) return;
+  walls_soft_left_ = params_.soft_ticks;
   walls_ = true;
+  own_slip_rad_ = 0.0F;
+  changed_ = true;
 }
 
 void Forces::set_aside(std::uint8_t block) {
@@ -272,6 +275,8 @@ void Forces::stop(std::uint8_t block) {
   }
   active_ = kept;
   changed_ = true;
+  // The player's own spring comes back, and the hand may be anywhere.
+  if (active_ == 0 && params_.own.stiffness != 0.0F) gently_ = true;
 }
 
 void Forces::mark(BlockBits& bits, std::uint8_t block, bool on) {
@@ -310,6 +315,7 @@ void Forces::release(std::uint32_t ticks) {
 
 void Forces::drop() {
   walls_ = false;
+  wanted_.store(0, std::memory_order_relaxed);
   if (active_ == 0 && last_nm_ == 0.0F && residual_nm_ == 0.0F) return;
   set_all_aside();
   changed_ = false;
@@ -321,7 +327,12 @@ void Forces::drop() {
 /// Several springs are as stiff as their sum: what the device can hold stable is shared out.
 void Forces::share_out() {
   std::array<float, kMetrics> sum{};
-  float slip_limit_nm = 0.0F;
+  const OwnFeel& own = params_.own;
+  if (active_ == 0) sum[at(Metric::angle)] = own.stiffness;
+  sum[at(Metric::speed)] = own.damping;
+  sum[at(Metric::acceleration)] = own.inertia;
+  sum[at(Metric::slip)] = own.bristle;
+  float slip_limit_nm = own.friction_nm;
   for (std::uint8_t i = 0; i < active_; ++i) {
     const PreparedEffect& effect = effect_[order_[i]];
     const Condition& condition = effect.condition;
@@ -334,20 +345,35 @@ void Forces::share_out() {
     }
   }
   const auto share = [](float wanted, float most) { return wanted > most ? most / wanted : 1.0F; };
-  share_[at(Metric::angle)] = share(sum[at(Metric::angle)], most_.stiffness);
-  share_[at(Metric::speed)] = share(sum[at(Metric::speed)], most_.damping);
-  share_[at(Metric::acceleration)] = share(sum[at(Metric::acceleration)], most_.inertia);
+  share_[at(Metric::angle)] = share(sum[at(Metric::angle)], params_.most.stiffness);
+  share_[at(Metric::speed)] = share(sum[at(Metric::speed)], params_.most.damping);
+  share_[at(Metric::acceleration)] = share(sum[at(Metric::acceleration)], params_.most.inertia);
   share_[at(Metric::slip)] =
-      share(sum[at(Metric::slip)] * slip_limit_nm * slip_limit_nm, most_.bristle);
+      share(sum[at(Metric::slip)] * slip_limit_nm * slip_limit_nm, params_.most.bristle);
 }
 
-/// The walls at the ends of the axis. They are there whatever the game plays, and are no part of
-/// what its gains and its pauses scale.
-float Forces::end_nm() {
-  const float inside = core::clamp_symmetric(motion_angle_, end_rad_);
-  float nm = core::clamp_symmetric(end_stiffness_ * (inside - motion_angle_), cap_nm_);
+/// The walls at the ends of the axis, and the player's own feel. They are there whatever the game
+/// plays, and are no part of what its gains and its pauses scale.
+float Forces::own_nm(const core::Motion& motion, float period_s) {
+  const float inside = core::clamp_symmetric(motion_angle_, params_.end_rad);
+  float nm = core::clamp_symmetric(params_.end_stiffness * (inside - motion_angle_),
+                                   params_.torque_max_nm);
+  const OwnFeel& own = params_.own;
+  const auto against = [&](float gain, Metric metric, float value) {
+    if (gain != 0.0F) nm -= gain * share_[at(metric)] * value;
+  };
+  if (active_ == 0) against(own.stiffness, Metric::angle, motion_angle_);
+  against(own.damping, Metric::speed, motion.speed_rad_s);
+  against(own.inertia, Metric::acceleration, motion.acceleration_rad_s2);
+  if (own.friction_nm != 0.0F) {
+    const Condition friction{.positive_gain = own.bristle,
+                             .positive_limit_nm = own.friction_nm,
+                             .negative_limit_nm = own.friction_nm};
+    nm += slip_nm(friction, motion, period_s, share_[at(Metric::slip)], own_slip_rad_);
+  }
   if (walls_soft_left_ != 0) {
-    nm *= static_cast<float>(soft_ticks_ - walls_soft_left_) / static_cast<float>(soft_ticks_);
+    nm *= static_cast<float>(params_.soft_ticks - walls_soft_left_) /
+          static_cast<float>(params_.soft_ticks);
     --walls_soft_left_;
   }
   return nm;
@@ -389,7 +415,8 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
       // The hand may be anywhere when a game begins to centre.
       float gain = effect.gain;
       if (play.soft_left != 0) {
-        gain *= static_cast<float>(soft_ticks_ - play.soft_left) / static_cast<float>(soft_ticks_);
+        gain *= static_cast<float>(params_.soft_ticks - play.soft_left) /
+                static_cast<float>(params_.soft_ticks);
         --play.soft_left;
       }
       return gain * proportional_nm(effect.condition, motion_angle_, share);
@@ -429,12 +456,15 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
       block_nm_[order_[i]].store(0.0F, std::memory_order_relaxed);
     }
   }
-  sum_nm = core::clamp_symmetric(sum_nm * gain_, cap_nm_);
-  if (walls_ && end_stiffness_ != 0.0F) sum_nm = core::clamp_symmetric(sum_nm + end_nm(), cap_nm_);
+  sum_nm = core::clamp_symmetric(sum_nm * gain_, params_.torque_max_nm);
+  if (walls_ && (params_.end_stiffness != 0.0F || params_.own.is_felt)) {
+    sum_nm =
+        core::clamp_symmetric(sum_nm + own_nm(motion, resolution.period_s), params_.torque_max_nm);
+  }
   if (changed_) {
     changed_ = false;
     residual_nm_ = last_nm_ - sum_nm;
-    const std::uint32_t ticks = gently_ ? release_ticks_ : blend_ticks_;
+    const std::uint32_t ticks = gently_ ? params_.release_ticks : params_.blend_ticks;
     gently_ = false;
     residual_step_nm_ = core::absolute(residual_nm_) / static_cast<float>(ticks);
   }

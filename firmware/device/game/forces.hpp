@@ -57,6 +57,16 @@ struct Condition {
   float negative_limit_nm = 0;
 };
 
+/// The player's own, under any game and without one; each up to the cap of all.
+struct OwnFeel {
+  float stiffness = 0;  // N m/rad, to the middle, while no game plays
+  float damping = 0;    // N m s/rad
+  float inertia = 0;    // kg m^2
+  float friction_nm = 0;
+  float bristle = 0;  // N m/rad, of this friction
+  bool is_felt = false;
+};
+
 struct PreparedEffect {
   Metric metric = Metric::time;
   std::uint32_t delay_ticks = 0;
@@ -98,13 +108,16 @@ struct ForceParams {
   std::uint32_t idle_ticks = 1;       // with nothing to play, after which the actuator is let go
   std::uint32_t soft_ticks = 1;       // in which a spring that begins comes up
   std::uint32_t frame_max_ticks = 0;  // longest time between updates that are joined; 0: none are
+  OwnFeel own;
   float hit_nm = 0;  // a change of more than this beyond the one before it is a hit, and passes
 };
 
 class Forces final : public core::ForceSource {
  public:
   /// @param attention becomes 1 as soon as there is something to do; outlives this
-  explicit Forces(std::atomic<std::uint32_t>& attention) : attention_(attention) {}
+  /// @param params changed by the interrupt only; outlives this
+  Forces(std::atomic<std::uint32_t>& attention, const ForceParams& params)
+      : attention_(attention), params_(params) {}
 
   // Control interrupt.
 
@@ -113,15 +126,19 @@ class Forces final : public core::ForceSource {
   /// Falls asleep unless something has arrived, plays or fades, or is wanted anyway.
   /// @returns true if it stays awake
   bool stay_awake(bool wanted);
-  /// An effect plays or waits for its delay.
-  bool playing() const { return active_ != 0; }
+  /// An effect plays or waits for its delay, or the player's own feel is wanted.
+  bool playing() const { return active_ != 0 || wanted(); }
+  /// The player's own feel is.
+  bool wanted() const { return wanted_.load(std::memory_order_relaxed) != 0; }
+  /// It comes up from nothing, with the walls at the ends.
+  void raise_walls();
   bool fading() const { return residual_nm_ != 0.0F; }
   bool enabled() const { return enabled_; }
 
   /// Takes what has arrived.
   /// @param may_play false: effects are not started now
   /// @returns true if an effect was started or brought back: the game asks for the actuator
-  bool take_orders(const ForceParams& params, bool may_play, std::uint64_t tick);
+  bool take_orders(bool may_play, std::uint64_t tick);
 
   /// Sum of the effects, blended, within the cap. Once a tick at most.
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
@@ -137,6 +154,8 @@ class Forces final : public core::ForceSource {
   // Main loop.
   /// @returns false if there is no room
   [[nodiscard]] bool give(const ForceOrder& order);
+  /// Somebody turns the knob, or nobody any more.
+  void want(bool wanted);
   std::uint32_t free_orders() const { return orders_.free(); }
   /// Bit n % 32 of word n / 32: block n plays.
   std::uint32_t playing_blocks(std::size_t word) const {
@@ -173,6 +192,7 @@ class Forces final : public core::ForceSource {
     float late_step_nm = 0;
   };
 
+  void call();
   std::uint32_t wave_so_far(std::uint8_t block, std::uint64_t now) const;
   bool enable(bool enabled, bool may_play, std::uint64_t now);
   bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
@@ -189,13 +209,13 @@ class Forces final : public core::ForceSource {
   void set_loops_aside(std::uint8_t block, std::uint8_t loops);
   void stop_all();
   void share_out();
-  float end_nm();
-  void raise_walls();
+  float own_nm(const core::Motion& motion, float period_s);
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
                  bool& ended);
 
   std::atomic<std::uint32_t>& attention_;
+  const ForceParams& params_;
   // Set by both contexts, cleared by the interrupt only.
   std::atomic<std::uint32_t> awake_{0};
   Ring<ForceOrder, 4> orders_;
@@ -209,13 +229,8 @@ class Forces final : public core::ForceSource {
   std::array<std::atomic<float>, kBlocks> block_nm_{};
   std::atomic<float> shown_nm_{0};
 
-  float cap_nm_ = 0;
-  float end_rad_ = 1;
-  float end_stiffness_ = 0;
-  std::uint32_t soft_ticks_ = 1;
-  std::uint32_t frame_max_ticks_ = 0;
-  float hit_nm_ = 0;
-  StableLimits most_;
+  std::atomic<std::uint32_t> wanted_{0};
+  float own_slip_rad_ = 0;
   std::array<float, kMetrics> share_{1, 1, 1, 1, 1};
   float gain_ = 1;
   bool enabled_ = true;
@@ -226,9 +241,7 @@ class Forces final : public core::ForceSource {
   bool walls_ = false;                 // the game has the actuator
   std::uint32_t walls_soft_left_ = 0;  // ticks until they are all there
   bool gently_ = false;                // the next change takes the time of a release
-  std::uint32_t release_ticks_ = 1;
   bool changed_ = false;
-  std::uint32_t blend_ticks_ = 1;
   float motion_angle_ = 0;  // rad, of this tick
   float last_nm_ = 0;
   float residual_nm_ = 0;

@@ -14,6 +14,7 @@ constexpr float kAbandonedS = 0.5F;
 constexpr float kFrameMaxS = 0.045F;
 // Of what the player has left of full torque.
 constexpr float kHitShare = 0.1F;
+constexpr float kHoldCountsMax = 2e9F;
 
 }  // namespace
 
@@ -36,8 +37,48 @@ GameScale make_game_scale(const Config& config, std::uint32_t period_ns) {
   scale.silence_ticks = core::round_to_u32(config.game.silence_s / resolution.period_s);
   scale.abandoned_ticks = core::round_to_u32(kAbandonedS / resolution.period_s);
   scale.allowed = config.game.enabled == protocol::Toggle::on;
+  scale.reversed = config.game.reversed == protocol::Toggle::on;
+  const protocol::GameConfig& game = config.game;
+  const std::uint8_t waves = game.waves_gain_percent;
+  const std::uint8_t constants = game.constants_gain_percent;
+  scale.gain_percent = {0,
+                        constants,
+                        constants,
+                        waves,
+                        waves,
+                        waves,
+                        waves,
+                        waves,
+                        game.springs_gain_percent,
+                        game.dampers_gain_percent,
+                        game.inertias_gain_percent,
+                        game.frictions_gain_percent};
+  scale.own_is_felt = (game.own_spring_percent | game.own_damper_percent |
+                       game.own_inertia_percent | game.own_friction_percent) != 0;
+  const float stiffness = core::smaller(
+      share_of(game.own_spring_percent) * scale.stiffness_nm_per_rad, scale.most.stiffness);
+  if (stiffness > 0.0F) {
+    scale.hold_counts = 1 + core::round_to_u32(core::smaller(
+                                kHoldCountsMax, config.actuator.knob_coulomb_nm / stiffness /
+                                                    resolution.rad_per_count));
+  }
   return scale;
 }
+
+namespace {
+
+OwnFeel make_own_feel(const GameScale& scale, const protocol::GameConfig& game) {
+  OwnFeel own;
+  own.stiffness = share_of(game.own_spring_percent) * scale.stiffness_nm_per_rad;
+  own.damping = share_of(game.own_damper_percent) * scale.torque_nm / scale.speed_rad_s;
+  own.inertia = share_of(game.own_inertia_percent) * scale.torque_nm / scale.acceleration_rad_s2;
+  own.friction_nm = share_of(game.own_friction_percent) * scale.torque_nm;
+  if (own.friction_nm > 0.0F) own.bristle = bristle_nm_per_rad(scale.most, own.friction_nm);
+  own.is_felt = scale.own_is_felt;
+  return own;
+}
+
+}  // namespace
 
 ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
                               protocol::Personality personality) {
@@ -58,6 +99,7 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
     params.hit_nm = kHitShare * config.game.gain * params.torque_max_nm;
   }
   params.idle_ticks = at_least_one(core::round_to_u32(kIdleS / period_s));
+  params.own = make_own_feel(make_game_scale(config, period_ns), config.game);
   return params;
 }
 

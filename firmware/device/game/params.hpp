@@ -2,6 +2,7 @@
 /// The configuration for games, prepared for the two sides of the game interface.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "device/config.hpp"
@@ -23,7 +24,13 @@ struct GameScale {
   std::uint64_t silence_ticks = 0;    // 0: no limit
   std::uint64_t abandoned_ticks = 1;  // without anybody who fetches input reports
   bool allowed = true;
+  bool reversed = false;                                      // axis and forces go the other way
+  std::array<std::uint8_t, kEffectTypes + 1> gain_percent{};  // of the user, by type
+  bool own_is_felt = false;                                   // there is a feel of the player's own
+  std::uint32_t hold_counts = 0;  // its spring is stronger than friction beyond; 0: there is none
 };
+
+constexpr float share_of(std::uint8_t percent) { return static_cast<float>(percent) * 0.01F; }
 
 GameScale make_game_scale(const Config& config, std::uint32_t period_ns);
 

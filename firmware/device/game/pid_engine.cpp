@@ -17,7 +17,10 @@ constexpr ForceOrder::Play without_start(ForceOrder::Play play) {
 }  // namespace
 
 PidEngine::PidEngine(Forces& forces, const Config& config, std::uint32_t period_ns)
-    : forces_(forces), period_ns_(period_ns), scale_(make_game_scale(config, period_ns)) {}
+    : forces_(forces),
+      period_ns_(period_ns),
+      scale_(make_game_scale(config, period_ns)),
+      turn_watch_(period_ns) {}
 
 void PidEngine::configure(const Config& config) {
   scale_ = make_game_scale(config, period_ns_);

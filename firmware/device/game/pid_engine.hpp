@@ -15,16 +15,10 @@
 #include "device/game/effect_block.hpp"
 #include "device/game/forces.hpp"
 #include "device/game/params.hpp"
+#include "device/turn_watch.hpp"
 #include "protocol/reports.hpp"
 
 namespace torsio::device::game {
-
-/// Inputs of the engine from the rest of the device.
-struct Moment {
-  std::uint64_t tick = 0;
-  std::int64_t position_counts = 0;
-  protocol::Owner owner = protocol::Owner::none;
-};
 
 class PidEngine {
  public:
@@ -53,7 +47,8 @@ class PidEngine {
   /// Effects of games, for watchers; the next effects in turns.
   protocol::GameMonitor monitor(float torque_step_nm);
   /// In every round of the main loop.
-  void service(const Moment& now);
+  /// @returns what the player's own feel wants of the actuator
+  Wish service(const Moment& now);
   /// The configuration has changed.
   void configure(const Config& config);
   /// Nobody is on the bus any more: everything is set aside. The blocks are kept.
@@ -95,6 +90,7 @@ class PidEngine {
   std::uint32_t period_ns_;
   GameScale scale_;
   Moment now_;
+  TurnWatch turn_watch_;
 
   std::array<Block, kBlocks> blocks_;
   BlockLoad block_load_;
@@ -133,7 +129,8 @@ class PidEngine {
 };
 
 // Here, and with calls only for what there is to do: nearly all rounds find nothing.
-inline void PidEngine::service(const Moment& now) {
+inline Wish PidEngine::service(const Moment& now) {
+  const bool origin_moved = now.zeroings != now_.zeroings;
   now_ = now;
   if (heard_) heard_tick_ = now.tick;
   heard_ = false;
@@ -143,6 +140,10 @@ inline void PidEngine::service(const Moment& now) {
   if (reader_) watch_reader();
   if ((buttons_ | buttons_seen_) != 0) watch_triggers();
   if (settings_dirty_ || blocks_dirty_ || stop_all_dirty_ || all_aside_dirty_) send_orders();
+  // Where friction holds the knob, its own spring need not.
+  const std::int64_t held = scale_.hold_counts;
+  const bool holds = held != 0 && (now.position_counts > held || now.position_counts < -held);
+  return turn_watch_.see(now, origin_moved, scale_.own_is_felt, holds);
 }
 
 }  // namespace torsio::device::game

@@ -80,15 +80,14 @@ std::int16_t PidEngine::axis() const {
   // Beyond this many counts the product would not fit, and the end is long passed.
   constexpr std::int64_t kMany = std::int64_t{1} << 30;
   const std::int64_t counts = now_.position_counts;
-  if (counts > kMany) return kFull;
-  if (counts < -kMany) return -kFull;
-  const std::int64_t magnitude = counts < 0 ? -counts : counts;
+  const bool far = counts > kMany || counts < -kMany;
+  const std::int64_t magnitude = far ? kMany : counts < 0 ? -counts : counts;
   // Two factors, each of less than 2^63: the scale is at most a few thousand steps a count.
   const std::int64_t whole = magnitude * (scale_.axis_per_count_q32 >> 32);
   const std::int64_t part =
       (magnitude * (scale_.axis_per_count_q32 & 0xFFFFFFFF) + (std::int64_t{1} << 31)) >> 32;
   const std::int64_t steps = whole + part > kFull ? kFull : whole + part;
-  return static_cast<std::int16_t>(counts < 0 ? -steps : steps);
+  return static_cast<std::int16_t>((counts < 0) != scale_.reversed ? -steps : steps);
 }
 
 std::uint8_t PidEngine::status() const {

@@ -196,6 +196,15 @@ BOARD_CONFIG = _configuration(
     whole("light_pin", "u8", 0, 29, "GPIO of the status light", default=25),
 )  # fmt: skip
 
+
+def _own(effect: str, doc: str) -> Field:
+    return whole(f"own_{effect}_percent", "u8", 0, 100, doc, default=0)
+
+
+def _gain(effects: str, doc: str) -> Field:
+    return whole(f"{effects}_gain_percent", "u8", 0, 100, doc, default=100)
+
+
 GAME_CONFIG = _configuration(
     0x07,
     "GameConfig",
@@ -252,6 +261,23 @@ GAME_CONFIG = _configuration(
         "of a dial between two detents, no more than is stable; 0: it turns freely",
         default=20e-3,
     ),
+    _own("damper", "of a full damper, always felt while somebody turns the knob, with a game and without"),
+    _own("friction", "of full torque, likewise"),
+    _own("inertia", "of a full inertia, likewise"),
+    _own("spring", "of a full spring to the middle, while no game plays"),
+    _gain("constants", "of games' constant forces and ramps"),
+    _gain("waves", "of games' waves"),
+    _gain("springs", "of games' springs"),
+    _gain("dampers", "of games' dampers"),
+    _gain("inertias", "of games' inertias"),
+    _gain("frictions", "of games' frictions"),
+    whole(
+        "torque_max_percent", "u8", 1, 100,
+        "of the motor's torque, the most that all effects together get; the less of this and `torque_max_nm`",
+        default=100,
+    ),
+    switch("reversed", e.TOGGLE, "on: axis, games' forces and the dial go the other way", default=False),
+    switch("dial_coarse", e.TOGGLE, "on: a dial tells whole detents, although the host asks for fine ones", default=False),
 )  # fmt: skip
 
 

@@ -650,6 +650,33 @@ typedef struct torsio_game_config {
   /// of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100; at first
   /// 0.02
   double dial_torque_nm;
+  /// of a full damper, always felt while somebody turns the knob, with a game and without; 0 to 100
+  int32_t own_damper_percent;
+  /// of full torque, likewise; 0 to 100
+  int32_t own_friction_percent;
+  /// of a full inertia, likewise; 0 to 100
+  int32_t own_inertia_percent;
+  /// of a full spring to the middle, while no game plays; 0 to 100
+  int32_t own_spring_percent;
+  /// of games' constant forces and ramps; 0 to 100; at first 100
+  int32_t constants_gain_percent;
+  /// of games' waves; 0 to 100; at first 100
+  int32_t waves_gain_percent;
+  /// of games' springs; 0 to 100; at first 100
+  int32_t springs_gain_percent;
+  /// of games' dampers; 0 to 100; at first 100
+  int32_t dampers_gain_percent;
+  /// of games' inertias; 0 to 100; at first 100
+  int32_t inertias_gain_percent;
+  /// of games' frictions; 0 to 100; at first 100
+  int32_t frictions_gain_percent;
+  /// of the motor's torque, the most that all effects together get; the less of this and
+  /// `torque_max_nm`; 1 to 100; at first 100
+  int32_t torque_max_percent;
+  /// true: axis, games' forces and the dial go the other way
+  bool reversed;
+  /// true: a dial tells whole detents, although the host asks for fine ones
+  bool dial_coarse;
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
 

@@ -259,6 +259,19 @@ inline GameConfig from_c(const torsio_game_config& from) {
   to.dial_use = choice<DialUse>(from.dial_use, "dial_use");
   to.dial_detents = from.dial_detents;
   to.dial_torque_nm = from.dial_torque_nm;
+  to.own_damper_percent = from.own_damper_percent;
+  to.own_friction_percent = from.own_friction_percent;
+  to.own_inertia_percent = from.own_inertia_percent;
+  to.own_spring_percent = from.own_spring_percent;
+  to.constants_gain_percent = from.constants_gain_percent;
+  to.waves_gain_percent = from.waves_gain_percent;
+  to.springs_gain_percent = from.springs_gain_percent;
+  to.dampers_gain_percent = from.dampers_gain_percent;
+  to.inertias_gain_percent = from.inertias_gain_percent;
+  to.frictions_gain_percent = from.frictions_gain_percent;
+  to.torque_max_percent = from.torque_max_percent;
+  to.reversed = flag(from.reversed);
+  to.dial_coarse = flag(from.dial_coarse);
   return to;
 }
 inline ShaftConfig from_c(const torsio_shaft_config& from) {
@@ -674,6 +687,19 @@ inline torsio_game_config to_c([[maybe_unused]] const GameConfig& from) {
   to.dial_use = static_cast<std::int32_t>(from.dial_use);
   to.dial_detents = from.dial_detents;
   to.dial_torque_nm = from.dial_torque_nm;
+  to.own_damper_percent = from.own_damper_percent;
+  to.own_friction_percent = from.own_friction_percent;
+  to.own_inertia_percent = from.own_inertia_percent;
+  to.own_spring_percent = from.own_spring_percent;
+  to.constants_gain_percent = from.constants_gain_percent;
+  to.waves_gain_percent = from.waves_gain_percent;
+  to.springs_gain_percent = from.springs_gain_percent;
+  to.dampers_gain_percent = from.dampers_gain_percent;
+  to.inertias_gain_percent = from.inertias_gain_percent;
+  to.frictions_gain_percent = from.frictions_gain_percent;
+  to.torque_max_percent = from.torque_max_percent;
+  to.reversed = from.reversed;
+  to.dial_coarse = from.dial_coarse;
   return to;
 }
 inline torsio_shaft_config to_c([[maybe_unused]] const ShaftConfig& from) {

@@ -161,6 +161,23 @@ struct GameConfig {
   int dial_detents = 24;              ///< of a dial, in a turn; 1 to 240
   /// of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100
   double dial_torque_nm = 0.02;
+  /// of a full damper, always felt while somebody turns the knob, with a game and without; 0 to 100
+  int own_damper_percent = 0;
+  int own_friction_percent = 0;  ///< of full torque, likewise; 0 to 100
+  int own_inertia_percent = 0;   ///< of a full inertia, likewise; 0 to 100
+  int own_spring_percent = 0;    ///< of a full spring to the middle, while no game plays; 0 to 100
+  int constants_gain_percent = 100;  ///< of games' constant forces and ramps; 0 to 100
+  int waves_gain_percent = 100;      ///< of games' waves; 0 to 100
+  int springs_gain_percent = 100;    ///< of games' springs; 0 to 100
+  int dampers_gain_percent = 100;    ///< of games' dampers; 0 to 100
+  int inertias_gain_percent = 100;   ///< of games' inertias; 0 to 100
+  int frictions_gain_percent = 100;  ///< of games' frictions; 0 to 100
+  /// of the motor's torque, the most that all effects together get; the less of this and
+  /// `torque_max_nm`; 1 to 100
+  int torque_max_percent = 100;
+  bool reversed = false;  ///< true: axis, games' forces and the dial go the other way
+  /// true: a dial tells whole detents, although the host asks for fine ones
+  bool dial_coarse = false;
 };
 
 /// The curve of the shaft's spring beyond its first straight piece. Up to the first knee the

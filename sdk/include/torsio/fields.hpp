@@ -505,7 +505,35 @@ struct Fields<GameConfig> {
         field("dial_use", &GameConfig::dial_use, "", -kNoLimit, kNoLimit, "of a dial"),
         field("dial_detents", &GameConfig::dial_detents, "", 1.0, 240.0, "of a dial, in a turn"),
         field("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0.0, 100.0,
-              "of a dial between two detents, no more than is stable; 0: it turns freely"));
+              "of a dial between two detents, no more than is stable; 0: it turns freely"),
+        field(
+            "own_damper_percent", &GameConfig::own_damper_percent, "", 0.0, 100.0,
+            "of a full damper, always felt while somebody turns the knob, with a game and without"),
+        field("own_friction_percent", &GameConfig::own_friction_percent, "", 0.0, 100.0,
+              "of full torque, likewise"),
+        field("own_inertia_percent", &GameConfig::own_inertia_percent, "", 0.0, 100.0,
+              "of a full inertia, likewise"),
+        field("own_spring_percent", &GameConfig::own_spring_percent, "", 0.0, 100.0,
+              "of a full spring to the middle, while no game plays"),
+        field("constants_gain_percent", &GameConfig::constants_gain_percent, "", 0.0, 100.0,
+              "of games' constant forces and ramps"),
+        field("waves_gain_percent", &GameConfig::waves_gain_percent, "", 0.0, 100.0,
+              "of games' waves"),
+        field("springs_gain_percent", &GameConfig::springs_gain_percent, "", 0.0, 100.0,
+              "of games' springs"),
+        field("dampers_gain_percent", &GameConfig::dampers_gain_percent, "", 0.0, 100.0,
+              "of games' dampers"),
+        field("inertias_gain_percent", &GameConfig::inertias_gain_percent, "", 0.0, 100.0,
+              "of games' inertias"),
+        field("frictions_gain_percent", &GameConfig::frictions_gain_percent, "", 0.0, 100.0,
+              "of games' frictions"),
+        field("torque_max_percent", &GameConfig::torque_max_percent, "", 1.0, 100.0,
+              "of the motor's torque, the most that all effects together get; the less of this and "
+              "`torque_max_nm`"),
+        field("reversed", &GameConfig::reversed, "", -kNoLimit, kNoLimit,
+              "on: axis, games' forces and the dial go the other way"),
+        field("dial_coarse", &GameConfig::dial_coarse, "", -kNoLimit, kNoLimit,
+              "on: a dial tells whole detents, although the host asks for fine ones"));
   }
 };
 template <>

@@ -32,7 +32,7 @@ _PERIOD_S = 0.25
 _OWNERS = {
     "none": "nobody",
     "sdk": "a program, over the SDK",
-    "game": "a game",
+    "game": "a game, or your own feel,",
     "dial": "the dial, which somebody turns,",
 }
 
@@ -112,7 +112,7 @@ def change(knob: Knob, changes: dict[str, float | bool | str]) -> GameConfig:
     config = replace(knob.game_config(), **changes)  # type: ignore[arg-type]
     owner = knob.health().owner
     if owner != "none":
-        raise Refused(f"{_OWNERS[owner]} has the actuator: end it, wait a second, and set it again")
+        raise Refused(f"{_OWNERS[owner]} has the actuator: end it, let go, wait 2 s, and set it again")
     knob.configure(config)
     knob.save()
     return config
@@ -162,6 +162,43 @@ def games_set_command(
         bool | None,
         typer.Option("--join-updates/--hold-updates", help="Join updates by lines, or hold each."),
     ] = None,
+    torque_max_percent: Annotated[
+        int | None, typer.Option("--torque-max-percent", help="The same, of the motor's torque.")
+    ] = None,
+    own_damper_percent: Annotated[
+        int | None, typer.Option("--own-damper", help="Always felt, in % of a full damper.")
+    ] = None,
+    own_friction_percent: Annotated[
+        int | None, typer.Option("--own-friction", help="Likewise, in % of full torque.")
+    ] = None,
+    own_inertia_percent: Annotated[
+        int | None, typer.Option("--own-inertia", help="Likewise, in % of a full inertia.")
+    ] = None,
+    own_spring_percent: Annotated[
+        int | None, typer.Option("--own-spring", help="To the middle while no game plays, in %.")
+    ] = None,
+    constants_gain_percent: Annotated[
+        int | None, typer.Option("--constants-gain", help="Of games' constant forces, in %.")
+    ] = None,
+    waves_gain_percent: Annotated[
+        int | None, typer.Option("--waves-gain", help="Of their waves, in %.")
+    ] = None,
+    springs_gain_percent: Annotated[
+        int | None, typer.Option("--springs-gain", help="Of their springs, in %.")
+    ] = None,
+    dampers_gain_percent: Annotated[
+        int | None, typer.Option("--dampers-gain", help="Of their dampers, in %.")
+    ] = None,
+    inertias_gain_percent: Annotated[
+        int | None, typer.Option("--inertias-gain", help="Of their inertias, in %.")
+    ] = None,
+    frictions_gain_percent: Annotated[
+        int | None, typer.Option("--frictions-gain", help="Of their frictions, in %.")
+    ] = None,
+    reversed: Annotated[
+        bool | None,
+        typer.Option("--reversed/--forward", help="Axis, games' forces and dial the other way."),
+    ] = None,
     enabled: Annotated[
         bool | None, typer.Option("--allow/--shut-out", help="Let games use the actuator, or not.")
     ] = None,
@@ -177,6 +214,10 @@ def games_set_command(
     ] = None,
     dial_torque_nm: Annotated[
         float | None, typer.Option("--dial-torque-nm", help="Torque of a dial's detents; 0: none.")
+    ] = None,
+    dial_coarse: Annotated[
+        bool | None,
+        typer.Option("--dial-coarse/--dial-fine", help="Whole detents, or what the host asks for."),
     ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. Settings that are not named stay."""

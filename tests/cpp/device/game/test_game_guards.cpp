@@ -283,11 +283,12 @@ TEST_CASE("the axis stays at its end however far the knob was turned") {
     device::Config config;
     config.actuator.counts_per_rev = counts_per_rev;
     std::atomic<std::uint32_t> attention{0};
-    device::game::Forces forces(attention);
+    const device::game::ForceParams params;
+    device::game::Forces forces(attention, params);
     device::game::PidEngine engine(forces, config, 50'000);
     const auto x = [&](std::int64_t counts) {
       engine.disconnect();  // tells the axis anew
-      engine.service({0, counts, protocol::Owner::none});
+      (void)engine.service({0, counts, 0, protocol::Owner::none});
       std::array<std::uint8_t, 64> report{};
       do {
         REQUIRE(engine.next_input(report) != 0);

@@ -1,0 +1,56 @@
+/// @file
+/// Whether somebody turns the knob, for a guest that wants the actuator while that is so.
+#pragma once
+
+#include <cstdint>
+
+#include "protocol/enumerations.hpp"
+
+namespace torsio::device {
+
+/// What a guest reads of the rest of the device.
+struct Moment {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  std::uint32_t zeroings = 0;  // how often this position was set to zero
+  protocol::Owner owner = protocol::Owner::none;
+};
+
+/// What it wants of the actuator.
+enum class Wish : std::uint8_t { nothing_new, take, let_go };
+
+class TurnWatch {
+ public:
+  explicit TurnWatch(std::uint32_t period_ns) : rest_ticks_(kRestNs / period_ns) {}
+
+  /// @param origin_moved the position was set to zero, which is no turn
+  /// @param felt there is something to feel; else it takes nothing
+  /// @param holds it goes on although nobody turns
+  Wish see(const Moment& now, bool origin_moved, bool felt, bool holds = false) {
+    if (origin_moved) rested_counts_ = now.position_counts;
+    const std::int64_t turned = now.position_counts - rested_counts_;
+    if (turned >= kTurnedCounts || turned <= -kTurnedCounts) {
+      rested_counts_ = now.position_counts;
+      turned_tick_ = now.tick;
+      turns_ = felt;
+      return felt ? Wish::take : Wish::nothing_new;
+    }
+    if (!turns_ || (felt && holds) || now.tick - turned_tick_ <= rest_ticks_) {
+      return Wish::nothing_new;
+    }
+    turns_ = false;
+    return Wish::let_go;
+  }
+
+ private:
+  // More than the flicker of an encoder that stands between two counts.
+  static constexpr std::int64_t kTurnedCounts = 2;
+  static constexpr std::uint32_t kRestNs = 1'000'000'000;
+
+  std::int64_t rested_counts_ = 0;
+  std::uint64_t turned_tick_ = 0;
+  std::uint32_t rest_ticks_;
+  bool turns_ = false;
+};
+
+}  // namespace torsio::device
