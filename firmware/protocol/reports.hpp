@@ -166,6 +166,8 @@ struct GameMonitor {
   std::int16_t torque = 0;
   std::uint32_t updates = 0;
   std::uint8_t effects = 0;
+  std::uint32_t clipped_ticks = 0;
+  std::uint16_t asked_percent = 0;
   std::array<GameEffect, game_effects_per_report> effect{};
 };
 template <>
@@ -185,6 +187,11 @@ struct Layout<GameMonitor> {
       any_number("torque", &GameMonitor::torque, "torque_step_nm", "of all effects together"),
       any_number("updates", &GameMonitor::updates, "", "reports that games sent since power-up"),
       any_number("effects", &GameMonitor::effects, "", "that exist"),
+      any_number("clipped_ticks", &GameMonitor::clipped_ticks, "",
+                 "in which effects asked for more than all together get, since power-up"),
+      any_number(
+          "asked_percent", &GameMonitor::asked_percent, "",
+          "the most that effects asked for in the last half second, of what all together get"),
       group("effect", &GameMonitor::effect, ""),
   };
 };
@@ -565,7 +572,7 @@ using AllReports =
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
 static_assert(wire_size<Health>() == 33);
-static_assert(wire_size<GameMonitor>() == 53);
+static_assert(wire_size<GameMonitor>() == 59);
 static_assert(wire_size<Ledger>() == 37);
 static_assert(wire_size<MotorCurrent>() == 61);
 static_assert(wire_size<Command>() == 4);

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 3540921074;
+export const FINGERPRINT: number = 3832326304;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -469,7 +469,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "GameMonitor",
     "doc": "Effects of games. Each reading shows the next of the effects, in turns. Read only.",
     "notes": "",
-    "size": 53,
+    "size": 59,
     "fields": [
       {"name": "tick", "kind": "whole", "doc": "of this moment", "wire": "tick", "type": "u64", "default": "0"},
       {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
@@ -479,6 +479,8 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "torque", "kind": "whole", "doc": "of all effects together", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0},
       {"name": "updates", "kind": "whole", "doc": "reports that games sent since power-up", "wire": "updates", "type": "u32", "default": 0},
       {"name": "effects", "kind": "whole", "doc": "that exist", "wire": "effects", "type": "u8", "default": 0},
+      {"name": "clipped_ticks", "kind": "whole", "doc": "in which effects asked for more than all together get, since power-up", "wire": "clipped_ticks", "type": "u32", "default": 0},
+      {"name": "asked_percent", "kind": "whole", "doc": "the most that effects asked for in the last half second, of what all together get", "wire": "asked_percent", "type": "u16", "default": 0},
       {"name": "effect", "kind": "group", "doc": "", "wire": "effect", "fields": [{"name": "block", "kind": "whole", "doc": "its number, from 1; 0: an empty row of the report", "wire": "block", "type": "u8", "default": 0}, {"name": "kind", "kind": "choice", "doc": "what it is", "wire": "kind", "type": "u8", "enumeration": "GameEffectKind", "values": ["none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"], "default": "none"}, {"name": "state", "kind": "choice", "doc": "whether it plays", "wire": "state", "type": "u8", "enumeration": "GameEffectState", "values": ["stopped", "playing", "set_aside"], "default": "stopped"}, {"name": "torque", "kind": "whole", "doc": "what it gives now, before the cap on all together", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "updates", "kind": "whole", "doc": "reports about it since it was made", "wire": "updates", "type": "u32", "default": 0}, {"name": "silent_ms", "kind": "whole", "doc": "since the last of them; 65.535 s is that or longer", "wire": "silent_ms", "type": "u16", "unit": "ms", "default": 0}], "count": 3},
     ],
   },

@@ -17,7 +17,7 @@ STIFFNESS = 20
 
 
 def axis_while_a_game_centres(own_damper_percent: int) -> list[int]:
-    """Let a game centre a knob that it has thrown and nobody holds; return the axis, frame by frame."""
+    """Let a game throw and then centre a knob that nobody holds; return its axis in each frame."""
     game_config = torsio.GameConfig(own_damper_percent=own_damper_percent)
     options = torsio.EmulatorOptions(control_rate_hz=10_000, game=game_config)
     with torsio.open("emulated", emulator=options) as knob:
@@ -38,7 +38,9 @@ def axis_while_a_game_centres(own_damper_percent: int) -> list[int]:
         return told
 
 
-def test_game_that_centres_in_its_own_frames_swings_a_free_knob_and_the_own_damper_stops_it() -> None:
+def test_game_that_centres_in_its_own_frames_swings_a_free_knob_and_the_own_damper_stops_it() -> (
+    None
+):
     swings, settled = axis_while_a_game_centres(0), axis_while_a_game_centres(60)
     assert max(map(abs, swings[-120:])) == 32767
     assert max(settled[-120:]) - min(settled[-120:]) <= 2

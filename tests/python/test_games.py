@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from rich.console import Console
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import torsio
 from tests.python.game import CONSTANT, SPRING, Game
@@ -91,6 +92,36 @@ def test_monitor_counts_updates_in_a_second_of_the_device(knob: torsio.Knob) -> 
     assert reading.effect_updates_per_s == pytest.approx((60, 30), rel=0.05)
 
 
+def test_effects_that_ask_for_more_than_all_together_get_are_told(knob: torsio.Knob) -> None:
+    game = Game(knob)
+    monitor = GameMonitor(knob)
+    one, other = game.create(CONSTANT), game.create(CONSTANT)
+    for block in (one, other):
+        game.constant(block, 26214)  # 80 %, and 160 together
+    game.play(one)
+    monitor.read()
+    knob.sleep(1.2)
+    reading = monitor.read()
+    assert (reading.clipped_share, reading.status.asked_percent) == (0, 80)
+    game.play(other)
+    knob.sleep(1.0)
+    game.stop(other)
+    knob.sleep(1.0)
+    reading = monitor.read()
+    assert reading.clipped_share == pytest.approx(0.5, abs=0.01)
+    assert reading.status.torque_nm == pytest.approx(0.8 * FULL_NM, rel=1e-3)
+    assert reading.status.asked_percent == 80  # of the last half second
+    game.play(other)
+    knob.sleep(1.2)
+    assert monitor.read().asked_most_percent == 160
+    out = Console(file=io.StringIO(), width=200)
+    games_cli.show(knob, out, seconds=None)
+    shown = out.file.getvalue()  # type: ignore[attr-defined]
+    assert "up to 160 %" in shown
+    assert "clipped 100 % of the time" in shown
+    assert "--gain 0.62" in shown  # 1 / 1.6, rounded down
+
+
 # The command ---------------------------------------------------------------------------------
 
 
@@ -146,6 +177,32 @@ def test_settings_are_kept_on_the_knob() -> None:
         config = knob.game_config()
         assert (config.range_deg, config.end_stiffness_nm_per_rad) == (270, 2)
         assert config == torsio.GameConfig(range_deg=270, end_stiffness_nm_per_rad=2)
+
+
+def test_profile_keeps_a_players_settings_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    device = ["--device", "emulated:games-profile"]
+
+    def run(*arguments: str) -> Result:
+        return CliRunner().invoke(app, ["games", *arguments, *device])
+
+    assert run("set", "--range-deg", "270", "--own-damper", "30").exit_code == 0
+    assert run("profile", "save", "rally").exit_code == 0
+    assert run("set", "--range-deg", "1080", "--own-damper", "0", "--reversed").exit_code == 0
+    loaded = run("profile", "load", "rally")
+    assert loaded.exit_code == 0, loaded.output
+    with torsio.open(device[1]) as knob:
+        assert knob.game_config() == torsio.GameConfig(range_deg=270, own_damper_percent=30)
+    for name, words in (("drift", "there are: rally"), ("../rally", "use letters")):
+        refused = run("profile", "load", name)
+        assert refused.exit_code != 0
+        assert words in refused.output + str(refused.stderr_bytes)
+    (tmp_path / "torsio/games/rally.json").write_text('{"game_config": {"range_deg": 1}}')
+    assert run("profile", "load", "rally").exit_code != 0
+    with torsio.open(device[1]) as knob:
+        assert knob.game_config() == torsio.GameConfig(range_deg=270, own_damper_percent=30)
 
 
 def test_dial_is_chosen_and_kept() -> None:

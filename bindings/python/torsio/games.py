@@ -26,12 +26,19 @@ class GameReading:
         Reports of all games in a second, since the reading before.
     effect_updates_per_s
         The same for each effect.
+    clipped_share
+        Of the time since the reading before, in which effects asked for more than all together
+        get; 0 to 1.
+    asked_most_percent
+        The most that they asked for since the monitor's first reading, of what all together get.
     """
 
     status: GameStatus
     effects: tuple[GameEffect, ...]
     updates_per_s: float
     effect_updates_per_s: tuple[float, ...]
+    clipped_share: float
+    asked_most_percent: int
 
 
 class GameMonitor:
@@ -41,6 +48,7 @@ class GameMonitor:
         self._knob = knob
         self._last: GameStatus | None = None
         self._counts: dict[int, int] = {}
+        self._asked_most_percent = 0
 
     def read(self) -> GameReading:
         """Ask the knob. The first reading has no rates yet, they are 0."""
@@ -53,7 +61,16 @@ class GameMonitor:
             return (now - before) % _COUNTS / elapsed_s if elapsed_s > 0 and now >= before else 0.0
 
         rates = tuple(rate(e.updates, self._counts.get(e.block, e.updates)) for e in effects)
-        reading = GameReading(status, effects, rate(status.updates, last.updates), rates)
+        clipped_ticks_per_s = rate(status.clipped_ticks, last.clipped_ticks)
+        self._asked_most_percent = max(self._asked_most_percent, status.asked_percent)
+        reading = GameReading(
+            status,
+            effects,
+            rate(status.updates, last.updates),
+            rates,
+            min(1.0, clipped_ticks_per_s / self._knob.info.control_rate_hz),
+            self._asked_most_percent,
+        )
         self._last = status
         self._counts = {effect.block: effect.updates for effect in effects}
         return reading

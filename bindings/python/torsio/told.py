@@ -333,6 +333,10 @@ class GameStatus:
         Reports that games sent since power-up.
     effects
         That exist.
+    clipped_ticks
+        In which effects asked for more than all together get, since power-up.
+    asked_percent
+        The most that effects asked for in the last half second, of what all together get.
     """
 
     time_s: float
@@ -343,6 +347,8 @@ class GameStatus:
     torque_nm: float
     updates: int
     effects: int
+    clipped_ticks: int
+    asked_percent: int
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from torsio.errors import Error
+
 _MOST_BYTES = 256 * 1024 * 1024
 
 
@@ -20,6 +22,22 @@ def content(path: str | Path) -> bytes:
     if len(read) > _MOST_BYTES:
         raise OSError(errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB are none of ours", str(path))
     return read
+
+
+def user_folder(kind: str) -> Path:
+    """Give the user's folder for files of a kind, whether it exists or not."""
+    home = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share"
+    return Path(home) / "torsio" / kind
+
+
+def keep_text(path: Path, text: str) -> None:
+    """Write a file, whole or not at all, and its folders. Raises `Error` if that fails."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with beside(path) as part:
+            part.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise Error(f"cannot write {path}: {error.strerror}") from None
 
 
 @contextmanager

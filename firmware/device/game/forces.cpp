@@ -432,6 +432,19 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
   return 0.0F;
 }
 
+/// A game may ask for more than there is, which is told to whoever watches.
+float Forces::within_cap_nm(float asked_nm) {
+  const float nm = core::clamp_symmetric(asked_nm, params_.torque_max_nm);
+  const float size_nm = core::absolute(asked_nm);
+  if (size_nm > asked_most_nm_.load(std::memory_order_relaxed)) {
+    asked_most_nm_.store(size_nm, std::memory_order_relaxed);
+  }
+  if (nm != asked_nm) {
+    clipped_ticks_.store(clipped_ticks() + 1, std::memory_order_relaxed);
+  }
+  return nm;
+}
+
 float Forces::torque_nm(const core::Motion& motion, const core::Resolution& resolution,
                         std::uint64_t tick) {
   float sum_nm = 0.0F;
@@ -456,7 +469,7 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
       block_nm_[order_[i]].store(0.0F, std::memory_order_relaxed);
     }
   }
-  sum_nm = core::clamp_symmetric(sum_nm * gain_, params_.torque_max_nm);
+  sum_nm = within_cap_nm(sum_nm * gain_);
   if (walls_ && (params_.end_stiffness != 0.0F || params_.own.is_felt)) {
     sum_nm =
         core::clamp_symmetric(sum_nm + own_nm(motion, resolution.period_s), params_.torque_max_nm);

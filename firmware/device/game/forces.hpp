@@ -171,6 +171,14 @@ class Forces final : public core::ForceSource {
   }
   /// Torque of all together.
   float sum_nm() const { return shown_nm_.load(std::memory_order_relaxed); }
+  /// Ticks in which effects asked for more than the cap.
+  std::uint32_t clipped_ticks() const { return clipped_ticks_.load(std::memory_order_relaxed); }
+  /// The most that they asked for since the last call.
+  float take_asked_nm() {
+    const float most_nm = asked_most_nm_.load(std::memory_order_relaxed);
+    asked_most_nm_.store(0.0F, std::memory_order_relaxed);
+    return most_nm;
+  }
 
  private:
   struct Playing {
@@ -209,6 +217,7 @@ class Forces final : public core::ForceSource {
   void set_loops_aside(std::uint8_t block, std::uint8_t loops);
   void stop_all();
   void share_out();
+  float within_cap_nm(float asked_nm);
   float own_nm(const core::Motion& motion, float period_s);
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
@@ -228,6 +237,8 @@ class Forces final : public core::ForceSource {
   BlockBits aside_{};
   std::array<std::atomic<float>, kBlocks> block_nm_{};
   std::atomic<float> shown_nm_{0};
+  std::atomic<float> asked_most_nm_{0};
+  std::atomic<std::uint32_t> clipped_ticks_{0};
 
   std::atomic<std::uint32_t> wanted_{0};
   float own_slip_rad_ = 0;

@@ -109,6 +109,8 @@ class PidEngine {
 
   std::uint32_t updates_ = 0;   // reports, ever
   std::uint8_t monitored_ = 0;  // block that was shown last, from 1
+  std::uint64_t asked_since_tick_ = 0;
+  float asked_nm_ = 0;  // the most that effects asked for in the half second before that
 
   std::uint8_t buttons_ = 0;
   std::uint8_t buttons_seen_ = 0;
@@ -138,6 +140,10 @@ inline Wish PidEngine::service(const Moment& now) {
   asked_ = false;
   watch_silence();
   if (reader_) watch_reader();
+  if (now.tick - asked_since_tick_ >= scale_.abandoned_ticks) {
+    asked_since_tick_ = now.tick;
+    asked_nm_ = forces_.take_asked_nm();
+  }
   if ((buttons_ | buttons_seen_) != 0) watch_triggers();
   if (settings_dirty_ || blocks_dirty_ || stop_all_dirty_ || all_aside_dirty_) send_orders();
   // Where friction holds the knob, its own spring need not.

@@ -54,6 +54,9 @@ protocol::GameMonitor PidEngine::monitor(float torque_step_nm) {
   monitor.gain = static_cast<std::uint16_t>(gain_ * static_cast<float>(kFull) + 0.5F);
   monitor.torque = steps(forces_.sum_nm());
   monitor.updates = updates_;
+  monitor.clipped_ticks = forces_.clipped_ticks();
+  const std::uint32_t percent = core::round_to_u32(100.0F * asked_nm_ / scale_.torque_nm);
+  monitor.asked_percent = static_cast<std::uint16_t>(percent < 0xFFFF ? percent : 0xFFFF);
   std::size_t row = 0;
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
     const auto index = static_cast<std::uint8_t>((monitored_ + n) % kBlocks);

@@ -123,6 +123,8 @@ GAME_MONITOR = Structure(
         raw("torque", "i16", "of all effects together", "torque_step_nm"),
         raw("updates", "u32", "reports that games sent since power-up"),
         raw("effects", "u8", "that exist"),
+        raw("clipped_ticks", "u32", "in which effects asked for more than all together get, since power-up"),
+        raw("asked_percent", "u16", "the most that effects asked for in the last half second, of what all together get"),
         on_wire(group("effect", GAME_EFFECT, count=GAME_EFFECTS_PER_REPORT)),
     ),
     id=0x08,

@@ -128,6 +128,8 @@ GAME_STATUS = Structure(
             "torque",
             "updates",
             "effects",
+            "clipped_ticks",
+            "asked_percent",
         ),
     ),
 )

@@ -1192,6 +1192,10 @@ typedef struct torsio_game_status {
   uint32_t updates;
   /// that exist
   int32_t effects;
+  /// in which effects asked for more than all together get, since power-up
+  uint32_t clipped_ticks;
+  /// the most that effects asked for in the last half second, of what all together get
+  int32_t asked_percent;
 } torsio_game_status;
 TORSIO_API torsio_result torsio_game_status_init(torsio_game_status* structure);
 

@@ -992,6 +992,8 @@ inline torsio_game_status to_c([[maybe_unused]] const GameStatus& from) {
   to.torque_nm = from.torque_nm;
   to.updates = from.updates;
   to.effects = from.effects;
+  to.clipped_ticks = from.clipped_ticks;
+  to.asked_percent = from.asked_percent;
   return to;
 }
 inline torsio_game_effect to_c([[maybe_unused]] const GameEffect& from) {

@@ -831,7 +831,11 @@ struct Fields<GameStatus> {
               "of all effects together"),
         field("updates", &GameStatus::updates, "", -kNoLimit, kNoLimit,
               "reports that games sent since power-up"),
-        field("effects", &GameStatus::effects, "", -kNoLimit, kNoLimit, "that exist"));
+        field("effects", &GameStatus::effects, "", -kNoLimit, kNoLimit, "that exist"),
+        field("clipped_ticks", &GameStatus::clipped_ticks, "", -kNoLimit, kNoLimit,
+              "in which effects asked for more than all together get, since power-up"),
+        field("asked_percent", &GameStatus::asked_percent, "", -kNoLimit, kNoLimit,
+              "the most that effects asked for in the last half second, of what all together get"));
   }
 };
 template <>

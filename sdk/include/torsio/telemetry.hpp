@@ -220,6 +220,10 @@ struct GameStatus {
   double torque_nm = 0.0;     ///< of all effects together
   std::uint32_t updates = 0;  ///< reports that games sent since power-up
   int effects = 0;            ///< that exist
+  /// in which effects asked for more than all together get, since power-up
+  std::uint32_t clipped_ticks = 0;
+  /// the most that effects asked for in the last half second, of what all together get
+  int asked_percent = 0;
 };
 
 /// One effect that a game has made.

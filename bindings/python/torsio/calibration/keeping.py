@@ -4,34 +4,27 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from torsio.calibration.proposal import Calibration
 from torsio.errors import Error
-from torsio.whole_file import beside, content
+from torsio.whole_file import content, keep_text, user_folder
 
 __all__ = ["Drift", "drifts", "keep", "kept", "place_of"]
 
 
 def place_of(serial: str) -> Path:
     """Give the file of a serial number, whether it exists or not."""
-    home = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share"
     name = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in serial)
-    return Path(home) / "torsio/calibration" / f"{name or 'unnamed'}.json"
+    return user_folder("calibration") / f"{name or 'unnamed'}.json"
 
 
 def keep(calibration: Calibration) -> Path:
     """Write the file, whole or not at all. Raises `Error` if that fails."""
     path = place_of(str(calibration.conditions["serial"]))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with beside(path) as part:
-            part.write_text(json.dumps(calibration.as_dict(), indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise Error(f"cannot write {path}: {error.strerror}") from None
+    keep_text(path, json.dumps(calibration.as_dict(), indent=2) + "\n")
     return path
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import math
+import re
 import time
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -21,10 +25,12 @@ from torsio.commands.shared import (
     value_text,
 )
 from torsio.config import GameConfig
-from torsio.errors import Refused
+from torsio.config_file import dump_config, load_config
+from torsio.errors import InvalidArgument, Refused
 from torsio.games import GameMonitor, GameReading
 from torsio.knob import Knob
 from torsio.screen import err, out
+from torsio.whole_file import content, keep_text, user_folder
 
 __all__ = ["add_to", "as_dict", "change", "show"]
 
@@ -40,7 +46,12 @@ _OWNERS = {
 def as_dict(reading: GameReading) -> dict[str, Any]:
     """Give a reading as JSON has it."""
     return {
-        "status": asdict(reading.status) | {"updates_per_s": reading.updates_per_s},
+        "status": asdict(reading.status)
+        | {
+            "updates_per_s": reading.updates_per_s,
+            "clipped_share": reading.clipped_share,
+            "asked_most_percent": reading.asked_most_percent,
+        },
         "effects": [
             asdict(effect) | {"updates_per_s": rate}
             for effect, rate in zip(reading.effects, reading.effect_updates_per_s, strict=True)
@@ -48,7 +59,20 @@ def as_dict(reading: GameReading) -> dict[str, Any]:
     }
 
 
-def _table(reading: GameReading) -> Table:
+def _clipping(reading: GameReading, gain: float) -> str:
+    """Say how far effects go beyond what all together get, and which gain they would fit with."""
+    asked = reading.asked_most_percent
+    if asked <= 100:
+        return ""
+    fits = math.floor(1e4 * gain / asked) / 100
+    return (
+        f"effects ask for up to {asked} % of what they get together; "
+        f"clipped {100 * reading.clipped_share:.0f} % of the time; "
+        f"torsio games set --gain {fits:g} fits them in"
+    )
+
+
+def _table(reading: GameReading, gain: float) -> Table:
     status = reading.status
     notes = [f"actuator: {_OWNERS[status.owner]}", f"torque {1e3 * status.torque_nm:+.1f} mN·m"]
     notes.append(f"gain {100 * status.gain:.0f} %")
@@ -56,7 +80,13 @@ def _table(reading: GameReading) -> Table:
     notes += ["paused by the game"] if status.paused else []
     notes += [] if status.enabled else ["switched off by the game"]
     table = Table(
-        box=None, pad_edge=False, header_style="bold", title=", ".join(notes), title_justify="left"
+        box=None,
+        pad_edge=False,
+        header_style="bold",
+        title=", ".join(notes),
+        title_justify="left",
+        caption=_clipping(reading, gain) or None,
+        caption_justify="left",
     )
     for column in ("effect", "kind", "state", "torque", "updates/s", "last update"):
         left = column in ("kind", "state")
@@ -80,15 +110,16 @@ def show(knob: Knob, console: Console, *, seconds: float | None) -> None:
     """Show what games do until the time is over, or Ctrl-C; without a terminal once."""
     monitor = GameMonitor(knob)
     monitor.read()
+    gain = knob.game_config().gain
     end = None if seconds is None else time.monotonic() + seconds
     knob.sleep(_PERIOD_S)
     if not console.is_terminal:
-        console.print(_table(monitor.read()))
+        console.print(_table(monitor.read(), gain))
         return
-    with Live(_table(monitor.read()), console=console, auto_refresh=False) as live:
+    with Live(_table(monitor.read(), gain), console=console, auto_refresh=False) as live:
         while end is None or time.monotonic() < end:
             knob.sleep(_PERIOD_S)
-            live.update(_table(monitor.read()), refresh=True)
+            live.update(_table(monitor.read(), gain), refresh=True)
 
 
 def measure(knob: Knob) -> GameReading:
@@ -112,7 +143,9 @@ def change(knob: Knob, changes: dict[str, float | bool | str]) -> GameConfig:
     config = replace(knob.game_config(), **changes)  # type: ignore[arg-type]
     owner = knob.health().owner
     if owner != "none":
-        raise Refused(f"{_OWNERS[owner]} has the actuator: end it, let go, wait 2 s, and set it again")
+        raise Refused(
+            f"{_OWNERS[owner]} has the actuator: end it, let go, wait 2 s, and set it again"
+        )
     knob.configure(config)
     knob.save()
     return config
@@ -234,9 +267,44 @@ def games_set_command(
         out.print(f"{name}  {value_text(name, getattr(config, name))}")
 
 
+def _profile(name: str) -> Path:
+    if re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) is None:
+        raise InvalidArgument(f"{name!r} is no profile's name: use letters, digits, - and _")
+    return user_folder("games") / f"{name}.json"
+
+
+def profile_save_command(name: str, device: Device = "") -> None:
+    """Keep all that `games set` has set, under a name, on this computer."""
+    with opened(device, err) as knob:
+        settings = json.loads(dump_config(knob))["game_config"]
+    path = _profile(name)
+    keep_text(path, json.dumps({"game_config": settings}, indent=2) + "\n")
+    out.print(f"kept {name}: {path}")
+
+
+def profile_load_command(name: str, device: Device = "") -> None:
+    """Set what was saved under a name, and keep it on the knob."""
+    path = _profile(name)
+    try:
+        text = content(path).decode(errors="replace")
+    except FileNotFoundError:
+        names = ", ".join(sorted(file.stem for file in path.parent.glob("*.json"))) or "none yet"
+        raise InvalidArgument(f"no profile {name!r}; there are: {names}") from None
+    with opened(device, err) as knob:
+        try:
+            load_config(knob, text)
+        except InvalidArgument as error:
+            raise InvalidArgument(f"{path}: {error}") from None
+    out.print(f"loaded {name}")
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the group `games`."""
     about_games = typer.Typer(help="Show effects of games, and set their permissions.")
     about_games.callback(invoke_without_command=True)(plainly(games_command))
     about_games.command("set")(plainly(games_set_command))
+    profile = typer.Typer(help="Keep a player's settings by name.", no_args_is_help=True)
+    profile.command("save")(plainly(profile_save_command))
+    profile.command("load")(plainly(profile_load_command))
+    about_games.add_typer(profile, name="profile")
     app.add_typer(about_games, name="games")
