@@ -285,6 +285,7 @@ struct GameConfig {
   std::uint8_t torque_max_percent = 100;
   Toggle reversed = Toggle::off;
   Toggle dial_coarse = Toggle::off;
+  std::uint8_t dial_fast_steps = 1;
 };
 template <>
 struct Layout<GameConfig> {
@@ -353,6 +354,9 @@ struct Layout<GameConfig> {
              "on: axis, games' forces and the dial go the other way"),
       choice("dial_coarse", &GameConfig::dial_coarse,
              "on: a dial tells whole detents, although the host asks for fine ones"),
+      number("dial_fast_steps", &GameConfig::dial_fast_steps, "", 1, 20,
+             "steps of a wheel for a detent that is turned at two turns a second or faster; in "
+             "proportion below, down to one"),
   };
 };
 
@@ -493,7 +497,7 @@ struct Layout<CalibrationConfig> {
 static_assert(wire_size<ActuatorConfig>() == 61);
 static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 63);
-static_assert(wire_size<GameConfig>() == 61);
+static_assert(wire_size<GameConfig>() == 62);
 static_assert(wire_size<ShaftConfig>() == 35);
 static_assert(wire_size<CalibrationConfig>() == 63);
 

@@ -324,6 +324,9 @@ class GameConfig(checks.ByName):
         True: axis, games' forces and the dial go the other way.
     dial_coarse
         True: a dial tells whole detents, although the host asks for fine ones.
+    dial_fast_steps
+        Steps of a wheel for a detent that is turned at two turns a second or faster; in proportion
+        below, down to one; 1 to 20.
     """
 
     _: KW_ONLY
@@ -355,6 +358,7 @@ class GameConfig(checks.ByName):
     torque_max_percent: int = 100
     reversed: bool = False
     dial_coarse: bool = False
+    dial_fast_steps: int = 1
 
 
 @dataclass(frozen=True)

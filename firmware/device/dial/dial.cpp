@@ -18,6 +18,8 @@ constexpr std::uint32_t kPromptNs = 30'000'000;
 constexpr std::uint32_t kDeafNs = 60'000'000;
 // So long a host that has taken a report is sure to listen still.
 constexpr std::uint32_t kListenNs = 100'000'000;
+// Turns in a second from which on a detent counts for all the steps of a fast one.
+constexpr std::int64_t kFastTurns = 2;
 // State that the host may not know.
 constexpr std::uint8_t kButtons = 1;
 constexpr std::uint8_t kKeys = 2;
@@ -63,6 +65,7 @@ Dial::Dial(const Config& config, std::uint32_t period_ns) : turn_watch_(period_n
   prompt_ticks_ = kPromptNs / period_ns;
   listen_ticks_ = kListenNs / period_ns;
   deaf_ticks_ = kDeafNs / period_ns;
+  second_ticks_ = 1'000'000'000 / period_ns;
   configure(config);
 }
 
@@ -73,6 +76,7 @@ void Dial::configure(const Config& config) {
   felt_ = config.game.dial_torque_nm > 0.0F;
   reversed_ = config.game.reversed == protocol::Toggle::on;
   coarse_ = config.game.dial_coarse == protocol::Toggle::on;
+  fast_steps_ = config.game.dial_fast_steps;
   skip();
 }
 
@@ -191,15 +195,30 @@ std::int64_t Dial::next_units(bool fine) {
   return debt_ == Debt::none ? away : 0;
 }
 
+/// What notches are worth beyond themselves when they come fast. Whole detents, so the host's sum
+/// stays full in the notches.
+std::int64_t Dial::speed_bonus(std::int64_t passed_units) {
+  if (fast_steps_ == 1 || passed_units == 0) return 0;
+  const auto elapsed = static_cast<std::int64_t>(now_.tick - passed_tick_);
+  passed_tick_ = now_.tick;
+  const std::int64_t passed = (passed_units < 0 ? -passed_units : passed_units) / kUnits;
+  const std::int64_t turns = kFastTurns * std::int64_t{detents_} * (elapsed == 0 ? 1 : elapsed);
+  const std::int64_t steps = std::min(fast_steps_ * passed * second_ticks_ / turns, fast_steps_);
+  return steps <= 1 ? 0 : (steps - 1) * passed_units;
+}
+
 std::size_t Dial::next_mouse(std::span<std::uint8_t> report) {
   const bool fine = (fine_ & (use_ == DialUse::pan ? kPanFine : kWheelFine)) != 0;
   const std::int64_t unit = fine ? 1 : kUnits;
-  const std::int64_t steps = use_ == DialUse::volume ? 0 : clamp(next_units(fine) / unit, kMost);
+  std::int64_t steps = use_ == DialUse::volume ? 0 : clamp(next_units(fine) / unit, kMost);
   if (steps == 0 && buttons_ == buttons_told_) return 0;
   const std::size_t size = tell_state(report);
   if (!listens()) return size;
   given_units_ = static_cast<std::int32_t>(steps * unit);
+  const std::int64_t notch = whole_detents(told_units_);
   told_units_ += given_units_;
+  const std::int64_t bonus = speed_bonus(whole_detents(told_units_) - notch) / unit;
+  if (clamp(steps + bonus, kMost) == steps + bonus) steps += bonus;
   // A wheel's positive way is away from the user, which scrolls up.
   put(report, 4, use_ == DialUse::pan ? 0 : -steps);
   put(report, 6, use_ == DialUse::pan ? steps : 0);

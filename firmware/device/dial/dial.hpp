@@ -65,6 +65,7 @@ class Dial {
   void skip();
   bool listens() const;
   std::int64_t next_units(bool fine);
+  std::int64_t speed_bonus(std::int64_t passed_units);
   std::size_t tell_state(std::span<std::uint8_t> report);
   std::size_t next_mouse(std::span<std::uint8_t> report);
   std::size_t next_volume(std::span<std::uint8_t> report);
@@ -76,6 +77,8 @@ class Dial {
   bool felt_ = false;  // it has notches
   bool reversed_ = false;
   bool coarse_ = false;
+  std::int64_t fast_steps_ = 1;
+  std::int64_t second_ticks_ = 1;
   std::uint32_t prompt_ticks_ = 1;
   std::uint32_t listen_ticks_ = 1;
   std::uint32_t deaf_ticks_ = 1;
@@ -88,9 +91,10 @@ class Dial {
   Debt debt_ = Debt::none;
   std::uint8_t state_due_ = 3;  // what the host may not know: buttons, keys
   Listener listener_ = Listener::unknown;
-  std::uint64_t given_tick_ = 0;  // when the last report was given
-  std::uint64_t over_tick_ = 0;   // when it was taken
-  std::uint8_t fine_ = 0;         // bits of the resolution report
+  std::uint64_t given_tick_ = 0;   // when the last report was given
+  std::uint64_t over_tick_ = 0;    // when it was taken
+  std::uint64_t passed_tick_ = 0;  // when the last notch was told
+  std::uint8_t fine_ = 0;          // bits of the resolution report
   std::uint8_t buttons_ = 0;
   std::uint8_t buttons_told_ = 0;
   std::uint8_t keys_told_ = 0;

@@ -278,6 +278,11 @@ GAME_CONFIG = _configuration(
     ),
     switch("reversed", e.TOGGLE, "on: axis, games' forces and the dial go the other way", default=False),
     switch("dial_coarse", e.TOGGLE, "on: a dial tells whole detents, although the host asks for fine ones", default=False),
+    whole(
+        "dial_fast_steps", "u8", 1, 20,
+        "steps of a wheel for a detent that is turned at two turns a second or faster; in proportion below, down to one",
+        default=1,
+    ),
 )  # fmt: skip
 
 

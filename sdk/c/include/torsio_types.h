@@ -677,6 +677,9 @@ typedef struct torsio_game_config {
   bool reversed;
   /// true: a dial tells whole detents, although the host asks for fine ones
   bool dial_coarse;
+  /// steps of a wheel for a detent that is turned at two turns a second or faster; in proportion
+  /// below, down to one; 1 to 20; at first 1
+  int32_t dial_fast_steps;
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
 

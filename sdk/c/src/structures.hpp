@@ -272,6 +272,7 @@ inline GameConfig from_c(const torsio_game_config& from) {
   to.torque_max_percent = from.torque_max_percent;
   to.reversed = flag(from.reversed);
   to.dial_coarse = flag(from.dial_coarse);
+  to.dial_fast_steps = from.dial_fast_steps;
   return to;
 }
 inline ShaftConfig from_c(const torsio_shaft_config& from) {
@@ -700,6 +701,7 @@ inline torsio_game_config to_c([[maybe_unused]] const GameConfig& from) {
   to.torque_max_percent = from.torque_max_percent;
   to.reversed = from.reversed;
   to.dial_coarse = from.dial_coarse;
+  to.dial_fast_steps = from.dial_fast_steps;
   return to;
 }
 inline torsio_shaft_config to_c([[maybe_unused]] const ShaftConfig& from) {

@@ -178,6 +178,9 @@ struct GameConfig {
   bool reversed = false;  ///< true: axis, games' forces and the dial go the other way
   /// true: a dial tells whole detents, although the host asks for fine ones
   bool dial_coarse = false;
+  /// steps of a wheel for a detent that is turned at two turns a second or faster; in proportion
+  /// below, down to one; 1 to 20
+  int dial_fast_steps = 1;
 };
 
 /// The curve of the shaft's spring beyond its first straight piece. Up to the first knee the

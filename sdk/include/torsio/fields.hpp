@@ -533,7 +533,10 @@ struct Fields<GameConfig> {
         field("reversed", &GameConfig::reversed, "", -kNoLimit, kNoLimit,
               "on: axis, games' forces and the dial go the other way"),
         field("dial_coarse", &GameConfig::dial_coarse, "", -kNoLimit, kNoLimit,
-              "on: a dial tells whole detents, although the host asks for fine ones"));
+              "on: a dial tells whole detents, although the host asks for fine ones"),
+        field("dial_fast_steps", &GameConfig::dial_fast_steps, "", 1.0, 20.0,
+              "steps of a wheel for a detent that is turned at two turns a second or faster; in "
+              "proportion below, down to one"));
   }
 };
 template <>

@@ -252,6 +252,10 @@ def games_set_command(
         bool | None,
         typer.Option("--dial-coarse/--dial-fine", help="Whole detents, or what the host asks for."),
     ] = None,
+    dial_fast_steps: Annotated[
+        int | None,
+        typer.Option("--dial-fast-steps", help="Of a detent at two turns a second; 1: as slow."),
+    ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. Settings that are not named stay."""
     changes: dict[str, float | bool | str] = {

@@ -22,6 +22,9 @@ struct DialOptions {
   std::uint8_t detents = 24;
   float torque_nm = 0.005F;
   std::uint32_t counts_per_rev = 8192;
+  protocol::Toggle coarse = protocol::Toggle::off;
+  std::uint8_t fast_steps = 1;
+  protocol::Toggle reversed = protocol::Toggle::off;
 };
 
 class DialRig : public Rig {
@@ -114,6 +117,9 @@ class DialRig : public Rig {
     config.game.dial_use = options.use;
     config.game.dial_detents = options.detents;
     config.game.dial_torque_nm = options.torque_nm;
+    config.game.dial_coarse = options.coarse;
+    config.game.dial_fast_steps = options.fast_steps;
+    config.game.reversed = options.reversed;
     config.control.law = protocol::Law::motor_only;
     config.actuator.counts_per_rev = options.counts_per_rev;
     device::StoredSlots slots = device::empty_slots();

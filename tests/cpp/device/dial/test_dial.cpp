@@ -53,6 +53,45 @@ TEST_CASE("dial: a host that has not asked for the fine resolution hears whole d
   CHECK(rig.heard.wheel == 40);
 }
 
+TEST_CASE("dial: coarse, it tells whole detents to a host that has asked for fine ones") {
+  DialRig rig({.coarse = protocol::Toggle::on});
+  rig.ask_for_fine();
+  for (int at = 1; at <= 30; ++at) {
+    rig.turn_to(notch(at) - 100, 3);
+    CHECK(rig.heard.wheel == -120L * (at - 1));
+    rig.turn_to(notch(at), 3);
+    rig.listen(3);
+    CHECK(rig.heard.wheel == -120L * at);
+  }
+}
+
+TEST_CASE("dial: reversed, it scrolls the other way") {
+  DialRig rig({.reversed = protocol::Toggle::on});
+  rig.ask_for_fine();
+  rig.turn_to(notch(7), 5);
+  rig.listen(3);
+  CHECK(rig.heard.wheel == 7 * 120);
+}
+
+TEST_CASE("dial: a detent that comes fast counts for more steps, and the host's sum stays full") {
+  // 2.9 turns a second are fast, 1.0 is half as fast as that, 0.1 is slow.
+  for (const auto& [counts_a_tick, steps] : {std::pair{24, 5}, {8, 2}, {1, 1}}) {
+    for (const protocol::Toggle coarse : {protocol::Toggle::off, protocol::Toggle::on}) {
+      CAPTURE(counts_a_tick);
+      DialRig rig({.coarse = coarse, .fast_steps = 5});
+      rig.listen(2000);
+      rig.ask_for_fine();
+      rig.turn_to(notch(24), counts_a_tick);
+      rig.listen(3);
+      CHECK(rig.heard.wheel == -120L * (1 + 23 * steps));  // the first has rested before
+      rig.turn_to(notch(23), 1);
+      rig.listen(3);
+      CHECK(rig.heard.ups - rig.heard.downs == 23 * steps);
+      CHECK(rig.heard.downs == 1);
+    }
+  }
+}
+
 TEST_CASE("dial: what the host has asked for is read back, and is forgotten when it begins anew") {
   DialRig rig;
   std::array<std::uint8_t, 64> report{};
