@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace torsio::emulator::usbip::bus {
 namespace {
@@ -34,6 +35,7 @@ struct Controller {
 };
 
 Controller controller;
+bool wakeup = false;
 
 Endpoint* find(std::uint8_t address) {
   const std::uint8_t number = tu_edpt_number(address);
@@ -58,6 +60,7 @@ void unplug() {
   dcd_event_bus_signal(kPort, DCD_EVENT_UNPLUGGED, false);
 }
 
+bool take_wakeup() { return std::exchange(wakeup, false); }
 void suspend() { dcd_event_bus_signal(kPort, DCD_EVENT_SUSPEND, false); }
 void resume() { dcd_event_bus_signal(kPort, DCD_EVENT_RESUME, false); }
 
@@ -115,6 +118,7 @@ using torsio::emulator::usbip::bus::controller;
 using torsio::emulator::usbip::bus::Endpoint;
 using torsio::emulator::usbip::bus::find;
 using torsio::emulator::usbip::bus::kPacketSize;
+using torsio::emulator::usbip::bus::wakeup;
 
 extern "C" {
 
@@ -133,7 +137,7 @@ void dcd_int_handler(std::uint8_t) {}
 // There is one thread, and no interrupt.
 void dcd_int_enable(std::uint8_t) {}
 void dcd_int_disable(std::uint8_t) {}
-void dcd_remote_wakeup(std::uint8_t) {}
+void dcd_remote_wakeup(std::uint8_t) { wakeup = true; }
 void dcd_connect(std::uint8_t) {}
 void dcd_disconnect(std::uint8_t) {}
 void dcd_sof_enable(std::uint8_t, bool) {}

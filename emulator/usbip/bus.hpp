@@ -35,6 +35,8 @@ void unplug();
 /// The host lets the bus sleep, or wakes it.
 void suspend();
 void resume();
+/// Whether the device has asked to be woken since the last call.
+bool take_wakeup();
 
 /// Frames between two polls of an interrupt endpoint.
 /// @param address with the direction bit

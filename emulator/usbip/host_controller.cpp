@@ -149,7 +149,11 @@ Completion HostController::control_out(const Submit& request, const Bytes& data)
 // Interrupt transfers ----------------------------------------------------------------------------
 
 void HostController::frame(std::vector<Completion>& done) {
-  if (asleep_) return;
+  if (asleep_) {
+    device_.poll();
+    if (bus::take_wakeup()) resume();
+    return;
+  }
   poll_endpoints(Direction::out, done);
   poll_endpoints(Direction::in, done);
   ++frame_;

@@ -40,7 +40,8 @@ class HostController {
   void plug();
   /// Forgets every transfer.
   void unplug();
-  /// The bus sleeps: no endpoint is asked, and transfers wait.
+  /// The bus sleeps: no endpoint is asked, and transfers wait. A device that is allowed to wakes
+  /// it.
   void suspend();
   /// The device's port is reset while its bus sleeps: it has to be configured anew.
   void reset();

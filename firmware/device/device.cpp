@@ -97,6 +97,7 @@ Device::Device(const BoardInfo& board, const SlotViews& stored)
       store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(default_config(board))),
       personality_(config_.game.personality),
+      wakes_host_(config_.game.remote_wakeup == protocol::Toggle::on),
       loop_config_(
           make_loop_config(config_, board.control_period_ns, trust_in(config_, board.moves_parts))),
       game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
@@ -481,6 +482,7 @@ void Device::serve_dial(const Now& now) {
 }
 
 void Device::set_buttons(std::uint8_t pressed) {
+  buttons_ = pressed;
   game_.set_buttons(pressed);
   dial_.set_buttons(pressed);
 }

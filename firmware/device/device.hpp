@@ -90,6 +90,14 @@ class Device {
 
   /// Kind of the second interface, from the start on.
   protocol::Personality personality() const { return personality_; }
+  /// Whether turning or pressing wakes a host that sleeps, from the start on.
+  bool wakes_host() const { return wakes_host_; }
+  /// What a hand changes.
+  struct Touch {
+    std::int64_t position_counts = 0;
+    std::uint8_t buttons = 0;
+  };
+  Touch touch() const { return {loop_.now().position_counts, buttons_}; }
   /// The game interface, for its own reports.
   game::PidEngine& game() { return game_; }
   /// The same of a dial.
@@ -165,6 +173,7 @@ class Device {
   ConfigStore store_;
   Config config_;
   const protocol::Personality personality_;
+  const bool wakes_host_;
   LoopConfig loop_config_;
   game::ForceParams game_params_;
   dial::DetentParams detent_params_;
@@ -180,6 +189,7 @@ class Device {
   std::optional<Order> save_order_;  // acknowledged once the slot is written
   bool bootloader_requested_ = false;
   bool bootloader_accepted_ = false;
+  std::uint8_t buttons_ = 0;
   std::uint32_t stalled_ = 0;  // feature requests
 };
 

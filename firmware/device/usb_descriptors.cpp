@@ -25,6 +25,7 @@ constexpr std::uint8_t kHidClass = 0x03;
 constexpr std::uint8_t kInterruptTransfer = 0x03;
 // The logic lives on the bus; motor and brake have a supply of their own that feeds nothing back.
 constexpr std::uint8_t kBusPowered = 0x80;
+constexpr std::uint8_t kWakesHost = 0x20;
 constexpr std::uint8_t kMaxPower2mA = 50;
 constexpr std::uint16_t kEnglish = 0x0409;
 
@@ -33,11 +34,11 @@ constexpr std::size_t kInterfaceBlockSize = 9 + kHidDescriptorSize + 7 + 7;
 
 constexpr std::size_t kConfigurationSize = 9 + kInterfaces.size() * kInterfaceBlockSize;
 
-template <const std::array<HidInterface, kInterfaces.size()>& interfaces>
+template <const std::array<HidInterface, kInterfaces.size()>& interfaces, std::uint8_t attributes>
 consteval auto make_configuration_descriptor() {
   Bytes<kConfigurationSize> bytes;
   bytes.add({9, kConfigurationType, low(kConfigurationSize), high(kConfigurationSize),
-             static_cast<std::uint8_t>(kInterfaces.size()), 1, 0, kBusPowered, kMaxPower2mA});
+             static_cast<std::uint8_t>(kInterfaces.size()), 1, 0, attributes, kMaxPower2mA});
   std::uint8_t number = 0;
   for (const HidInterface& interface : interfaces) {
     const std::size_t report_size = interface.report_descriptor.size();
@@ -51,8 +52,11 @@ consteval auto make_configuration_descriptor() {
   return bytes.take();
 }
 
-constexpr auto kConfigurationDescriptor = make_configuration_descriptor<kInterfaces>();
-constexpr auto kDialConfigurationDescriptor = make_configuration_descriptor<kDialInterfaces>();
+template <std::uint8_t attributes>
+constexpr auto kConfigurationDescriptor = make_configuration_descriptor<kInterfaces, attributes>();
+template <std::uint8_t attributes>
+constexpr auto kDialConfigurationDescriptor =
+    make_configuration_descriptor<kDialInterfaces, attributes>();
 
 StringDescriptor make_string(std::string_view text) {
   StringDescriptor string;
@@ -98,8 +102,14 @@ std::array<std::uint8_t, kDeviceDescriptorSize> device_descriptor(
           1};
 }
 
-std::span<const std::uint8_t> configuration_descriptor(Personality personality) {
-  return personality == Personality::dial ? kDialConfigurationDescriptor : kConfigurationDescriptor;
+std::span<const std::uint8_t> configuration_descriptor(Personality personality, bool wakes_host) {
+  constexpr std::uint8_t kWakes = kBusPowered | kWakesHost;
+  if (personality == Personality::dial) {
+    if (wakes_host) return kDialConfigurationDescriptor<kWakes>;
+    return kDialConfigurationDescriptor<kBusPowered>;
+  }
+  if (wakes_host) return kConfigurationDescriptor<kWakes>;
+  return kConfigurationDescriptor<kBusPowered>;
 }
 
 std::span<const std::uint8_t> hid_descriptor(std::uint8_t interface, Personality personality) {

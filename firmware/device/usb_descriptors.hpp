@@ -41,8 +41,9 @@ std::array<std::uint8_t, kDeviceDescriptorSize> device_descriptor(
     const std::array<std::uint8_t, 3>& firmware_version);
 
 /// The configuration with its interfaces, HID descriptors and endpoints, as one block.
+/// @param wakes_host it says that the device may wake a host that sleeps
 std::span<const std::uint8_t> configuration_descriptor(
-    Personality personality = Personality::game_controller);
+    Personality personality = Personality::game_controller, bool wakes_host = false);
 
 /// The HID descriptor of an interface, as it stands in the configuration.
 /// @returns nothing for an interface that does not exist

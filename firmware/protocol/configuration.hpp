@@ -286,6 +286,7 @@ struct GameConfig {
   Toggle reversed = Toggle::off;
   Toggle dial_coarse = Toggle::off;
   std::uint8_t dial_fast_steps = 1;
+  Toggle remote_wakeup = Toggle::off;
 };
 template <>
 struct Layout<GameConfig> {
@@ -357,6 +358,9 @@ struct Layout<GameConfig> {
       number("dial_fast_steps", &GameConfig::dial_fast_steps, "", 1, 20,
              "steps of a wheel for a detent that is turned at two turns a second or faster; in "
              "proportion below, down to one"),
+      choice(
+          "remote_wakeup", &GameConfig::remote_wakeup,
+          "on: turning or pressing wakes a host that sleeps, if it lets; from the next start on"),
   };
 };
 
@@ -497,7 +501,7 @@ struct Layout<CalibrationConfig> {
 static_assert(wire_size<ActuatorConfig>() == 61);
 static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 63);
-static_assert(wire_size<GameConfig>() == 62);
+static_assert(wire_size<GameConfig>() == 63);
 static_assert(wire_size<ShaftConfig>() == 35);
 static_assert(wire_size<CalibrationConfig>() == 63);
 

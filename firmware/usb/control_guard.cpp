@@ -29,7 +29,7 @@ bool sets_feature(const tusb_control_request_t& request) {
   return request.bRequest == TUSB_REQ_SET_FEATURE || request.bRequest == TUSB_REQ_CLEAR_FEATURE;
 }
 
-/// There is one configuration, and nothing that wakes the host.
+/// There is one configuration. The one feature is to wake the host, if the descriptor says so.
 bool suits_device(const tusb_control_request_t& request) {
   if (request.bRequest == TUSB_REQ_SET_CONFIGURATION) return request.wValue <= 1;
   const auto type = static_cast<std::uint8_t>(request.wValue >> 8);
@@ -37,7 +37,7 @@ bool suits_device(const tusb_control_request_t& request) {
   if (request.bRequest == TUSB_REQ_GET_DESCRIPTOR && one_of_a_kind) {
     return low_byte(request.wValue) == 0;
   }
-  return !sets_feature(request);
+  return !sets_feature(request) || (wakes_host && request.wValue == TUSB_REQ_FEATURE_REMOTE_WAKEUP);
 }
 
 /// Their one feature is the halt; the control endpoint has none. Both kinds of device have the

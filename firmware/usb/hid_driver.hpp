@@ -15,6 +15,9 @@ namespace torsio::usb {
 /// Whether a host has configured the device, so that the endpoints are open.
 extern bool is_open;
 
+/// Whether the device may wake a host that sleeps, from the start on.
+inline bool wakes_host = false;
+
 /// Says what stands behind an interface. Before the stack starts.
 void set_hid_function(std::uint8_t interface, HidFunction& function);
 

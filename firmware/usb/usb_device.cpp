@@ -3,6 +3,7 @@
 #include <tusb.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "device/usb_descriptors.hpp"
 #include "usb/hid_driver.hpp"
@@ -14,6 +15,10 @@ device::Personality personality = device::Personality::game_controller;
 device::Device* the_device = nullptr;
 
 constexpr std::uint32_t kFrameNs = 1'000'000;
+// A bus that sleeps is left alone for so long (USB 2.0, 7.1.7.7).
+constexpr std::uint32_t kStillNs = 5'000'000;
+// A turn of 1 in so many wakes it: no truck in the street does.
+constexpr std::int64_t kWakingShare = 32;
 
 // The stack's send buffer must stay where it is until the transfer is over.
 std::array<std::uint8_t, device::kDeviceDescriptorSize> device_descriptor;
@@ -106,9 +111,11 @@ std::size_t DialFunction::next_input(std::span<std::uint8_t> report) {
 
 UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
     : device_(device),
+      still_ticks_(kStillNs / board.control_period_ns),
       control_(device, board.control_period_ns),
       game_(device.game()),
       dial_(device.dial()) {
+  wakes_host = device.wakes_host();
   device_descriptor = device::device_descriptor(board.firmware_version);
   serial = board.serial;
   set_hid_function(device::kControlInterface, control_);
@@ -127,12 +134,34 @@ UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
 
 void UsbDevice::poll() {
   tud_task();
+  if (wakes_host) wake_host();
   // Only what has changed: each call makes the next tick decide anew.
   if (const bool connected = has_host(); connected != connected_) {
     connected_ = connected;
     device_.set_connected(connected);
   }
   poll_hid();
+}
+
+/// The stack does so only if the host has allowed it.
+void UsbDevice::wake_host() {
+  if (!tud_suspended()) {
+    asleep_ = false;
+    return;
+  }
+  const device::Device::Touch touch = device_.touch();
+  if (!std::exchange(asleep_, true)) {
+    asleep_tick_ = device_.ticks();
+    touched_ = touch;
+  }
+  if (device_.ticks() - asleep_tick_ < still_ticks_) return;
+  const bool pressed = (touch.buttons & ~touched_.buttons) != 0;
+  touched_.buttons = touch.buttons;
+  const std::int64_t turned = touch.position_counts - touched_.position_counts;
+  const std::int64_t size = kWakingShare * (turned < 0 ? -turned : turned);
+  if (!pressed && size < device_.actuator_config().counts_per_rev) return;
+  touched_ = touch;
+  (void)tud_remote_wakeup();
 }
 
 bool UsbDevice::has_host() const {
@@ -154,7 +183,8 @@ extern "C" const std::uint8_t* tud_descriptor_device_cb() {
 
 extern "C" const std::uint8_t* tud_descriptor_configuration_cb(std::uint8_t index) {
   if (index != 0) return nullptr;
-  return torsio::device::configuration_descriptor(torsio::usb::personality).data();
+  return torsio::device::configuration_descriptor(torsio::usb::personality, torsio::usb::wakes_host)
+      .data();
 }
 
 extern "C" const std::uint16_t* tud_descriptor_string_cb(std::uint8_t index, std::uint16_t) {

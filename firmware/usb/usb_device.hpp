@@ -80,7 +80,13 @@ class UsbDevice {
 
  private:
   device::Device& device_;
+  void wake_host();
+
   bool connected_ = false;  // what the device was told last
+  bool asleep_ = false;
+  std::uint64_t asleep_tick_ = 0;
+  std::uint32_t still_ticks_;  // before which a bus that sleeps must not be woken
+  device::Device::Touch touched_;
   ControlFunction control_;
   GameFunction game_;
   DialFunction dial_;

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 192785938;
+export const FINGERPRINT: number = 2648422947;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -379,7 +379,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "GameConfig",
     "doc": "Permissions of games on the game interface, and the scale of their torques; docs/reference/games.md.",
     "notes": "Set only while disarmed.",
-    "size": 62,
+    "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
@@ -412,6 +412,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "reversed", "kind": "switch", "doc": "on: axis, games' forces and the dial go the other way", "wire": "reversed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
       {"name": "dial_coarse", "kind": "switch", "doc": "on: a dial tells whole detents, although the host asks for fine ones", "wire": "dial_coarse", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
       {"name": "dial_fast_steps", "kind": "whole", "doc": "steps of a wheel for a detent that is turned at two turns a second or faster; in proportion below, down to one", "wire": "dial_fast_steps", "type": "u8", "low": 1, "high": 20, "default": 1, "shown": true},
+      {"name": "remote_wakeup", "kind": "switch", "doc": "on: turning or pressing wakes a host that sleeps, if it lets; from the next start on", "wire": "remote_wakeup", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
     ],
   },
   "shaft_config": {

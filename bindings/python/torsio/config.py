@@ -327,6 +327,8 @@ class GameConfig(checks.ByName):
     dial_fast_steps
         Steps of a wheel for a detent that is turned at two turns a second or faster; in proportion
         below, down to one; 1 to 20.
+    remote_wakeup
+        True: turning or pressing wakes a host that sleeps, if it lets; from the next start on.
     """
 
     _: KW_ONLY
@@ -359,6 +361,7 @@ class GameConfig(checks.ByName):
     reversed: bool = False
     dial_coarse: bool = False
     dial_fast_steps: int = 1
+    remote_wakeup: bool = False
 
 
 @dataclass(frozen=True)

@@ -283,6 +283,7 @@ GAME_CONFIG = _configuration(
         "steps of a wheel for a detent that is turned at two turns a second or faster; in proportion below, down to one",
         default=1,
     ),
+    switch("remote_wakeup", e.TOGGLE, "on: turning or pressing wakes a host that sleeps, if it lets; from the next start on", default=False),
 )  # fmt: skip
 
 

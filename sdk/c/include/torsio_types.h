@@ -680,6 +680,8 @@ typedef struct torsio_game_config {
   /// steps of a wheel for a detent that is turned at two turns a second or faster; in proportion
   /// below, down to one; 1 to 20; at first 1
   int32_t dial_fast_steps;
+  /// true: turning or pressing wakes a host that sleeps, if it lets; from the next start on
+  bool remote_wakeup;
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
 

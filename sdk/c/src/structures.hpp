@@ -273,6 +273,7 @@ inline GameConfig from_c(const torsio_game_config& from) {
   to.reversed = flag(from.reversed);
   to.dial_coarse = flag(from.dial_coarse);
   to.dial_fast_steps = from.dial_fast_steps;
+  to.remote_wakeup = flag(from.remote_wakeup);
   return to;
 }
 inline ShaftConfig from_c(const torsio_shaft_config& from) {
@@ -702,6 +703,7 @@ inline torsio_game_config to_c([[maybe_unused]] const GameConfig& from) {
   to.reversed = from.reversed;
   to.dial_coarse = from.dial_coarse;
   to.dial_fast_steps = from.dial_fast_steps;
+  to.remote_wakeup = from.remote_wakeup;
   return to;
 }
 inline torsio_shaft_config to_c([[maybe_unused]] const ShaftConfig& from) {

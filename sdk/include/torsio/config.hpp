@@ -181,6 +181,8 @@ struct GameConfig {
   /// steps of a wheel for a detent that is turned at two turns a second or faster; in proportion
   /// below, down to one; 1 to 20
   int dial_fast_steps = 1;
+  /// true: turning or pressing wakes a host that sleeps, if it lets; from the next start on
+  bool remote_wakeup = false;
 };
 
 /// The curve of the shaft's spring beyond its first straight piece. Up to the first knee the

@@ -536,7 +536,10 @@ struct Fields<GameConfig> {
               "on: a dial tells whole detents, although the host asks for fine ones"),
         field("dial_fast_steps", &GameConfig::dial_fast_steps, "", 1.0, 20.0,
               "steps of a wheel for a detent that is turned at two turns a second or faster; in "
-              "proportion below, down to one"));
+              "proportion below, down to one"),
+        field("remote_wakeup", &GameConfig::remote_wakeup, "", -kNoLimit, kNoLimit,
+              "on: turning or pressing wakes a host that sleeps, if it lets; from the next start "
+              "on"));
   }
 };
 template <>

@@ -14,17 +14,20 @@ using torsio::device::Personality;
 
 namespace {
 
-torsio::emulator::EmulatedDeviceOptions dial() {
+torsio::emulator::EmulatedDeviceOptions dial(
+    torsio::protocol::Toggle wakes = torsio::protocol::Toggle::off) {
   torsio::protocol::GameConfig game;
+  game.remote_wakeup = wakes;
   game.personality = Personality::dial;
   game.dial_torque_nm = 0;
   return {.hand = torsio::emulator::usbip::still_hand(), .serial = "DIAL-1", .game = game};
 }
 
 struct DialRig {
-  torsio::emulator::usbip::UsbKnob knob{dial()};
+  torsio::emulator::usbip::UsbKnob knob;
   Client client{knob};
-  DialRig() {
+  explicit DialRig(torsio::protocol::Toggle wakes = torsio::protocol::Toggle::off)
+      : knob(dial(wakes)) {
     client.attach();
     client.configure();
   }
@@ -87,6 +90,44 @@ TEST_CASE("a dial that wakes tells what is pressed, changed or not") {
   CHECK(rig.client.wait().data == Bytes{2, 0});
   rig.listen();
   CHECK(rig.client.wait().data == Bytes{1, 0, 0, 0, 0, 0, 0, 0});
+}
+
+TEST_CASE("a hand wakes a host that sleeps if the player and the host allow it, and else not") {
+  const std::uint8_t allow = 3,
+                     forbid = 1;  // SET_FEATURE and CLEAR_FEATURE of DEVICE_REMOTE_WAKEUP
+  for (const bool wakes : {true, false}) {
+    CAPTURE(wakes);
+    DialRig rig(wakes ? torsio::protocol::Toggle::on : torsio::protocol::Toggle::off);
+    const Bytes told = rig.client.control_in(setup_packet(0x80, 6, 0x0200, 0, 9), 9).data;
+    CHECK(told.at(7) == (wakes ? 0xA0 : 0x80));
+    CHECK(rig.client.control_out(setup_packet(0x00, allow, 2, 0, 0)).status == kStall);
+    const auto status = rig.client.control_out(setup_packet(0x00, allow, 1, 0, 0)).status;
+    CHECK(status == (wakes ? 0 : kStall));
+    CHECK(rig.client.control_in(setup_packet(0x80, 0, 0, 0, 2), 2).data ==
+          Bytes{static_cast<std::uint8_t>(wakes ? 2 : 0), 0});
+    double angle_rad = 0;
+    const auto hears = [&](double by_rad, std::uint8_t pressed) {
+      rig.knob.host().suspend();
+      angle_rad += by_rad;
+      REQUIRE(rig.hands.follow("angle " + std::to_string(angle_rad)));
+      rig.client.frame();
+      rig.knob.device().set_buttons(pressed);
+      rig.listen();
+      for (int i = 0; i < 100; ++i) rig.client.frame();
+      const bool heard = rig.client.reply().has_value();
+      rig.knob.host().resume();
+      while (!heard && !rig.client.reply()) rig.client.frame();
+      return heard;
+    };
+    CHECK_FALSE(hears(0.1, 0));
+    CHECK(hears(0.5, 0) == wakes);
+    CHECK(hears(-0.5, 0) == wakes);
+    CHECK(hears(0, 2) == wakes);
+    CHECK_FALSE(hears(0, 2));  // still pressed
+    if (!wakes) continue;
+    CHECK(rig.client.control_out(setup_packet(0x00, forbid, 1, 0, 0)).status == 0);
+    CHECK_FALSE(hears(0.5, 0));
+  }
 }
 
 TEST_CASE(

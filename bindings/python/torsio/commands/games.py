@@ -256,6 +256,10 @@ def games_set_command(
         int | None,
         typer.Option("--dial-fast-steps", help="Of a detent at two turns a second; 1: as slow."),
     ] = None,
+    remote_wakeup: Annotated[
+        bool | None,
+        typer.Option("--remote-wakeup/--no-remote-wakeup", help="Of the host, by hand."),
+    ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. Settings that are not named stay."""
     changes: dict[str, float | bool | str] = {
