@@ -296,3 +296,59 @@ TEST_CASE("habit: an endless effect is updated and never started again") {
   }
   CHECK(lost == 0);
 }
+
+TEST_CASE("habit: only what has changed is sent, in one report, in the other, or in both") {
+  // SDL's DirectInput code of 2026 names what has changed (DIEP_TYPESPECIFICPARAMS, DIEP_GAIN ...).
+  using Say = void (*)(GameRig&, int, bool);
+  struct Kind {
+    int type;
+    Say specific;
+    double before;  // share of full torque at the angle below, with all of the effect's gain
+    double after;
+  };
+  const Kind kinds[] = {
+      {kConstant, [](GameRig& r, int b, bool after) { r.constant(b, after ? -20000 : 10000); },
+       10000, -20000},
+      {kRamp,
+       [](GameRig& r, int b, bool after) {
+         r.ramp(b, after ? 9000 : -12000, after ? 9000 : -12000);
+       },
+       -12000, 9000},
+      {kSquare, [](GameRig& r, int b, bool after) { r.periodic(b, 0, after ? 6000 : 15000, 0, 9); },
+       15000, 6000},
+      {kSpring,
+       [](GameRig& r, int b, bool after) {
+         r.condition(b, {.positive = after ? 8000 : 16000});
+         r.condition(b, {.positive = 1, .parameter_block = 1});  // of an axis that is not there
+       },
+       -16000, -8000},
+  };
+  for (const Kind& kind : kinds) {
+    for (int order = 0; order < 3; ++order) {
+      CAPTURE(kind.type);
+      CAPTURE(order);
+      GameRig rig;
+      rig.configure([](protocol::GameConfig& config) {
+        config.range_deg = 90;
+        config.spring_gain = 1;
+        config.join_updates = protocol::Toggle::off;
+      });
+      const int block = rig.create(kind.type);
+      rig.set_effect(block);
+      kind.specific(rig, block, false);
+      rig.start(block);
+      rig.turn(8, 128);  // 45 degrees: all of a spring with a whole coefficient
+      CHECK(share(rig) * 32767 == Approx(kind.before).epsilon(1e-3));
+      const auto set_gain = [&] { rig.set_effect(block, {.gain = 16384}); };
+      if (order == 1) kind.specific(rig, block, true);
+      if (order != 1) set_gain();
+      rig.tick(60);
+      CHECK(share(rig) * 32767 == Approx(order == 1 ? kind.after : kind.before / 2).epsilon(1e-3));
+      if (order == 1) set_gain();
+      if (order != 1) kind.specific(rig, block, true);
+      if (order == 2) set_gain();  // and once more, as it is
+      rig.tick(60);
+      CHECK(share(rig) * 32767 == Approx(kind.after / 2).epsilon(1e-3));
+    }
+  }
+}
