@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "device/game/game_rig.hpp"
 
@@ -18,17 +19,20 @@ constexpr double kBandwidthHz = 100;
 
 double delay_s(double period_s) { return 1.5 * period_s + kMotorLagS; }
 
-/// A knob with the strongest of a kind of condition, and one more as strong.
+/// A knob with the strongest of a kind of condition, and one more as strong: the game's or the
+/// player's own.
 struct Strongest : GameRig {
-  Strongest(std::uint32_t period_ns, int type) : GameRig(period_ns) {
-    configure([](protocol::GameConfig& config) {
+  Strongest(std::uint32_t period_ns, int type, bool own = false) : GameRig(period_ns) {
+    configure([type, own](protocol::GameConfig& config) {
+      if (own && type == kDamper) config.own_damper_percent = 100;
+      if (own && type == kInertia) config.own_inertia_percent = 100;
       config.range_deg = 10;
       config.spring_gain = 1000;
       config.speed_full_rad_s = 0.1F;
       config.acceleration_full_rad_s2 = 1;
     });
     play_condition(type, {});
-    play_condition(type, {});
+    if (!own) play_condition(type, {});
     tick(2);
   }
   double torque_nm() const { return static_cast<double>(outputs.motor_command_nm); }
@@ -51,8 +55,8 @@ TEST_CASE("all springs together are as stiff as the loop's delay and the encoder
 }
 
 TEST_CASE("all dampers together are half as strong as their filter's delay allows") {
-  for (const double period_s : {1e-3, 1e-4}) {
-    Strongest rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)), kDamper);
+  for (const auto& [period_s, own] : {std::pair{1e-3, false}, {1e-4, false}, {1e-3, true}}) {
+    Strongest rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)), kDamper, own);
     rig.turn(1, static_cast<int>(0.1 / period_s));
     const double theta = 2 / (2 * kPi * kBandwidthHz) + delay_s(period_s);
     const double speed = kCountRad / period_s;
@@ -62,24 +66,27 @@ TEST_CASE("all dampers together are half as strong as their filter's delay allow
 }
 
 TEST_CASE("all inertias together are half the knob's own") {
-  Strongest rig(1'000'000, kInertia);
-  double count = 0;
-  double mean = 0;
-  for (int i = 0; i < 400; ++i) {
-    count += 0.25 * i;
-    rig.inputs.encoder_count = static_cast<std::uint32_t>(std::lround(count));
-    rig.tick();
-    if (i >= 200) mean += rig.torque_nm() / 200;
+  for (const bool own : {false, true}) {
+    Strongest rig(1'000'000, kInertia, own);
+    double count = 0;
+    double mean = 0;
+    for (int i = 0; i < 400; ++i) {
+      count += 0.25 * i;
+      rig.inputs.encoder_count = static_cast<std::uint32_t>(std::lround(count));
+      rig.tick();
+      if (i >= 200) mean += rig.torque_nm() / 200;
+    }
+    const double acceleration = 0.25 * kCountRad / 1e-6;
+    CHECK(mean == about(-0.5 * kInertiaKgM2 * acceleration, 0.02));
   }
-  const double acceleration = 0.25 * kCountRad / 1e-6;
-  CHECK(mean == about(-0.5 * kInertiaKgM2 * acceleration, 0.02));
 }
 
 TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
-  for (const int frictions : {1, 2}) {
+  for (const auto& [frictions, own] : {std::pair{1, false}, {2, false}, {2, true}}) {
     GameRig rig;
-    for (int i = 0; i < frictions; ++i) rig.play_condition(kFriction, {});
-    rig.tick(2);
+    if (own) rig.configure([](protocol::GameConfig& c) { c.own_friction_percent = 100; });
+    for (int i = own ? 1 : 0; i < frictions; ++i) rig.play_condition(kFriction, {});
+    rig.tick(60);  // the player's own comes up gently
     rig.turn(1, 2);
     const double torque = frictions * static_cast<double>(GameRig::kFullNm);
     const double stable =
