@@ -134,11 +134,12 @@ def test_what_games_do_is_told_field_by_field() -> None:
         transport.tell(
             "game_monitor",
             tick=60, owner="game", paused="on", enabled="on", gain=32767, torque=256, updates=61,
-            effects=1, effect=[row, *[empty] * (rows - 1)],
+            effects=1, clipped_ticks=70_000, asked_percent=130, effect=[row, *[empty] * (rows - 1)],
         )  # fmt: skip
         assert asdict(knob.game_status()) == {
             "time_s": pytest.approx(6e-3), "owner": "game", "paused": True, "enabled": True,
             "gain": 1.0, "torque_nm": 0.25, "updates": 61, "effects": 1,
+            "clipped_ticks": 70_000, "asked_percent": 130,
         }  # fmt: skip
         assert [asdict(effect) for effect in knob.game_effects()] == [
             {"block": 9, "kind": "spring", "state": "playing", "torque_nm": -0.5, "updates": 50,

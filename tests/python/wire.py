@@ -106,13 +106,17 @@ REPORTS = {
             "H sequence, B axis, B enabled, f range_deg, f torque_max_nm, f gain, f spring_gain, "
             "f speed_full_rad_s, f acceleration_full_rad_s2, f blend_s, f silence_s, "
             "B join_updates, f end_stiffness_nm_per_rad, B personality, B dial_use, "
-            "B dial_detents, f dial_torque_nm",
+            "B dial_detents, f dial_torque_nm, B own_damper_percent, B own_friction_percent, "
+            "B own_inertia_percent, B own_spring_percent, B constants_gain_percent, "
+            "B waves_gain_percent, B springs_gain_percent, B dampers_gain_percent, "
+            "B inertias_gain_percent, B frictions_gain_percent, B torque_max_percent, "
+            "B reversed, B dial_coarse, B dial_fast_steps, B remote_wakeup",
         ),
         _report(
             "game_monitor",
             0x08,
             "Q tick, B owner, B paused, B enabled, H gain, h torque, I updates, B effects, "
-            + _GAME_EFFECTS,
+            "I clipped_ticks, H asked_percent, " + _GAME_EFFECTS,
         ),
         _report(
             "ledger",
@@ -252,6 +256,9 @@ ENUMERATORS = {
     "kept": ("off", "on"),
     "measured": ("off", "on"),
     "join_updates": ("off", "on"),
+    "reversed": ("off", "on"),
+    "dial_coarse": ("off", "on"),
+    "remote_wakeup": ("off", "on"),
     "personality": ("game_controller", "dial"),
     "dial_use": ("wheel", "pan", "volume"),
 }
