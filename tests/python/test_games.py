@@ -92,34 +92,40 @@ def test_monitor_counts_updates_in_a_second_of_the_device(knob: torsio.Knob) -> 
     assert reading.effect_updates_per_s == pytest.approx((60, 30), rel=0.05)
 
 
-def test_effects_that_ask_for_more_than_all_together_get_are_told(knob: torsio.Knob) -> None:
-    game = Game(knob)
-    monitor = GameMonitor(knob)
-    one, other = game.create(CONSTANT), game.create(CONSTANT)
-    for block in (one, other):
-        game.constant(block, 26214)  # 80 %, and 160 together
-    game.play(one)
-    monitor.read()
-    knob.sleep(1.2)
-    reading = monitor.read()
-    assert (reading.clipped_share, reading.status.asked_percent) == (0, 80)
-    game.play(other)
-    knob.sleep(1.0)
-    game.stop(other)
-    knob.sleep(1.0)
-    reading = monitor.read()
-    assert reading.clipped_share == pytest.approx(0.5, abs=0.01)
-    assert reading.status.torque_nm == pytest.approx(0.8 * FULL_NM, rel=1e-3)
-    assert reading.status.asked_percent == 80  # of the last half second
-    game.play(other)
-    knob.sleep(1.2)
-    assert monitor.read().asked_most_percent == 160
-    out = Console(file=io.StringIO(), width=200)
-    games_cli.show(knob, out, seconds=None)
-    shown = out.file.getvalue()  # type: ignore[attr-defined]
-    assert "up to 160 %" in shown
-    assert "clipped 100 % of the time" in shown
-    assert "--gain 0.62" in shown  # 1 / 1.6, rounded down
+def test_effects_that_ask_for_more_than_all_together_get_are_told() -> None:
+    options = torsio.EmulatorOptions(
+        hand=torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (9.0, 0.0)]),  # else it flies away
+        control=torsio.ControlConfig(law="motor_only"),
+        game=torsio.GameConfig(torque_max_nm=FULL_NM),
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        game = Game(knob)
+        monitor = GameMonitor(knob)
+        one, other = game.create(CONSTANT), game.create(CONSTANT)
+        for block in (one, other):
+            game.constant(block, 26214)  # 80 %, and 160 together
+        game.play(one)
+        monitor.read()
+        knob.sleep(1.2)
+        reading = monitor.read()
+        assert (reading.clipped_share, reading.status.asked_percent) == (0, 80)
+        game.play(other)
+        knob.sleep(1.0)
+        game.stop(other)
+        knob.sleep(1.0)
+        reading = monitor.read()
+        assert reading.clipped_share == pytest.approx(0.5, abs=0.01)
+        assert reading.status.torque_nm == pytest.approx(0.8 * FULL_NM, rel=1e-3)
+        assert reading.status.asked_percent == 80  # of the last half second
+        game.play(other)
+        knob.sleep(1.2)
+        assert monitor.read().asked_most_percent == 160
+        out = Console(file=io.StringIO(), width=200)
+        games_cli.show(knob, out, seconds=None)
+        shown = out.file.getvalue()  # type: ignore[attr-defined]
+        assert "up to 160 %" in shown
+        assert "clipped 100 % of the time" in shown
+        assert "--gain 0.62" in shown  # 1 / 1.6, rounded down
 
 
 # The command ---------------------------------------------------------------------------------
