@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -49,7 +50,7 @@ def test_game_that_centres_in_its_own_frames_swings_a_free_knob_and_the_own_damp
 
 def test_own_feel_gains_and_reversal_are_kept_on_the_knob() -> None:
     device = "emulated:games-own"
-    wanted = {
+    wanted: dict[str, Any] = {
         "own_damper_percent": 30,
         "own_friction_percent": 10,
         "own_inertia_percent": 20,
