@@ -49,10 +49,7 @@ def test_sentences_are_those_of_the_text_alone() -> None:
         (prose.Measure(500, 10.0, 0.06), "6.0% of the sentences"),
     ],
 )
-def test_page_that_is_too_long_is_named(
-    measured: prose.Measure, words: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(prose, "CEILINGS", {})
+def test_page_that_is_too_long_is_named(measured: prose.Measure, words: str) -> None:
     (complaint,) = prose.complaints({"README.md": measured})
     assert words in complaint
     long = {f"docs/{number}.md": prose.Measure(10_000, 10.0, 0.0) for number in range(5)}
