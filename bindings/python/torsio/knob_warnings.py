@@ -40,8 +40,8 @@ def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[Sc
     # Of a board that is held low arm() warns.
     if torque_nm > most.motor_torque_max_nm + most.brake_torque_max_nm and not most.held_low:
         yield SceneWarning(
-            f"the scene asks for {torque_nm:g} N m; this knob gives {most.motor_torque_max_nm:g} "
-            f"with its motor and holds {most.brake_torque_max_nm:g} with its brake "
+            f"the scene asks for {torque_nm:g} N m; this knob's motor gives "
+            f"{most.motor_torque_max_nm:g} and its brake {most.brake_torque_max_nm:g} "
             "(Knob.limits()). Telemetry's desired_torque_nm ends at 0.3277"
         )
 
