@@ -10,7 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from torsio import screen
-from torsio_hardware import beams, design
+from torsio_hardware import beams, design, parts
+from torsio_hardware import knob as knob_file
 from torsio_hardware.flexure import Flexure, closed_form
 
 app = typer.Typer(
@@ -74,6 +75,29 @@ def spring_command(
         print(json.dumps(found, indent=2))
         return
     tell([*_words(spring, found), f"Written: {', '.join([*files, str(out / 'spring.json')])}"])
+
+
+@app.command("all")
+def all_command(
+    file: Annotated[
+        Path, typer.Argument(help="A knob's file; the reference knob if unset.", show_default=False)
+    ] = knob_file.DEFAULT,
+    out: Out = Path("out/hardware"),
+) -> None:
+    """Make all files of a knob: solids, drawings, pictures, wiring, parts, expected figures."""
+    try:
+        from torsio_hardware import making
+    except ModuleNotFoundError as error:
+        raise fail(ValueError(f"{error}; ./dev hardware installs what draws")) from None
+    try:
+        knob = knob_file.load(file)
+        lacking = parts.failures(parts.load(), knob)
+        files = making.make(knob, out, lambda what: tell([f"making {what}"]))
+    except (ValueError, OSError) as error:
+        raise fail(error) from None
+    low, high = parts.total_eur(parts.load())
+    tell([*lacking, f"parts for {low:.0f} to {high:.0f} EUR, prices not looked up"])
+    tell([f"{len(files)} files in {out}; computed and drawn, and nothing printed yet"])
 
 
 def _chosen(stiffness: float, of: design.Material, family: str, *, search: bool) -> design.Spring:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from torsio_hardware.design import Spring
+from torsio_hardware.layout import BORE_MM, RIM_MM, SCREWS_MM
 from torsio_hardware.plane import grid
-from torsio_hardware.solids import BORE_M, RIM_M, SCREWS
 
 _SCALE = 4e3  # drawing units a metre
 _MIDDLE = (150.0, 150.0)
@@ -37,8 +37,8 @@ def dimensions(spring: Spring) -> list[tuple[str, str]]:
         (f"height {1e3 * shape.width_m:.2f} mm ± 0.1", "stiffness, in proportion"),
         (f"hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1", "where the arms begin"),
         (f"rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1", "where the arms end"),
-        (f"rim, outside Ø {2e3 * RIM_M:.1f} mm", "fits into the pulley"),
-        (f"bore Ø {2e3 * BORE_M:.1f} mm, ream to the shaft", "the hub must not slip"),
+        (f"rim, outside Ø {2 * RIM_MM:.1f} mm", "fits into the pulley"),
+        (f"bore Ø {2 * BORE_MM + 4:.1f} mm, ream to the sleeve", "the hub must not slip"),
         (f"{shape.arms} arms, {shape.family}", "every second one is mirrored"),
     ]
 
@@ -46,15 +46,15 @@ def dimensions(spring: Spring) -> list[tuple[str, str]]:
 def svg(spring: Spring) -> str:
     """Draw the spring from above, with its critical dimensions and what to expect of it."""
     shape = spring.flexure
-    parts = [_circle(RIM_M, kind="part"), _circle(shape.rim_radius_m, kind="hole")]
+    parts = [_circle(1e-3 * RIM_MM, kind="part"), _circle(shape.rim_radius_m, kind="hole")]
     for arm in range(shape.arms):
         nodes = grid(shape, 80, 1, mirrored=shape.is_mirrored(arm))
         edge = np.concatenate([nodes[:, 0], nodes[::-1, 1]])
         angle = 2 * np.pi * arm / shape.arms
         turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         parts.append(_outline(edge @ turn))
-    parts += [_circle(shape.hub_radius_m, kind="part"), _circle(BORE_M, kind="hole")]
-    parts += [_circle(radius, x, y, "hole") for radius, x, y in SCREWS]
+    parts += [_circle(shape.hub_radius_m, kind="part"), _circle(1e-3 * (BORE_MM + 2), kind="hole")]
+    parts += [_circle(1e-3 * radius, 1e-3 * x, 1e-3 * y, "hole") for radius, x, y in SCREWS_MM]
     lines = [
         "Spring, print flat, 100 % of walls, one material",
         f"Material: {spring.material.name}",

@@ -1,56 +1,249 @@
-"""The printed parts of the reference knob as solids, by build123d; lengths here are in metres.
+"""The printed parts of the reference knob as solids, by build123d; lengths in mm here.
 
-Coordinates: the axis of motor and knob is z; z = 0 is the top of the plate, on which all stands.
+The axis of motor and knob is z; z = 0 is the top of the plate. The brake stands beside the motor,
+and a belt joins both pulleys. Motor and brake hang below the plate in clamps of their diameters.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from build123d import (
+    Box,
+    Circle,
+    Cylinder,
+    Face,
+    GeomType,
+    Polyline,
+    Pos,
+    Rot,
+    extrude,
+    make_face,
+)
 
 from torsio_hardware.flexure import Flexure
+from torsio_hardware.layout import (
+    BELT_MM,
+    BORE_MM,
+    CENTRES_MM,
+    PULLEY_MM,
+    RIM_MM,
+    SCREWS_MM,
+    SLEEVE_MM,
+)
 from torsio_hardware.plane import grid
 
-BORE_M = 3.0e-3  # radius, of the motor's shaft
-RIM_M = 29e-3
-_SCREW_CIRCLE_M, _SCREW_M = 27e-3, 1.1e-3
-SCREWS = tuple(
-    (
-        _SCREW_M,
-        _SCREW_CIRCLE_M * math.cos(math.pi * (2 * n + 1) / 6),
-        _SCREW_CIRCLE_M * math.sin(math.pi * (2 * n + 1) / 6),
-    )
-    for n in range(6)
-)
-_MM = 1e3
-_INTO_M = 0.3e-3  # so far an arm reaches into hub and rim, so that they are one
+_INTO_MM = 0.3  # so far an arm reaches into hub and rim, so that they are one
+_PLATE = (190.0, 90.0, 6.0)
+_LEG_MM, _LEG_HEIGHT_MM = 14.0, 95.0
+_SPRING_Z, _DRUM_Z, _TEETH_MM = 16.0, 3.0, 8.0
+_BEARING = (19.0, 5.0)  # outside and width of a 61800
+_KNOB_MM, _KNOB_HEIGHT_MM, _WALL_MM = 66.0, 24.0, 2.4
+_FIT_MM = 0.15  # between what turns and what stands, and for press fits the other way
+
+__all__ = ["Placed", "assembly", "overhang_mm2", "printed", "spring"]
 
 
-def spring(flexure: Flexure) -> Any:
-    """Give the spring as one solid, in mm, its lower face at z = 0.
+def _hole(radius: float, height: float, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
+    return Pos(x, y, z + height / 2) * Cylinder(radius, height)
 
-    Raises
-    ------
-    ModuleNotFoundError
-        Without build123d.
-    """
-    from build123d import Circle, Face, Polyline, Pos, Rot, extrude, make_face
 
-    def disc(radius_m: float) -> Any:
-        return Circle(_MM * radius_m)
-
-    flat = disc(RIM_M) - disc(flexure.rim_radius_m) + disc(flexure.hub_radius_m)
+def spring(flexure: Flexure, points: int = 60) -> Any:
+    """Give the spring as one solid, its lower face at z = 0; arms of so many straight pieces."""
+    flat: Any = Circle(RIM_MM) - Circle(1e3 * flexure.rim_radius_m)
+    flat += Circle(1e3 * flexure.hub_radius_m)
     for arm in range(flexure.arms):
-        nodes = grid(flexure, 60, 1, mirrored=flexure.is_mirrored(arm))
+        nodes = 1e3 * grid(flexure, points, 1, mirrored=flexure.is_mirrored(arm))
         for end, inward in ((0, 1), (-1, -2)):
             along = nodes[end].mean(axis=0) - nodes[inward].mean(axis=0)
-            nodes[end] += _INTO_M * along / np.linalg.norm(along)
-        edge = _MM * np.concatenate([nodes[:, 0], nodes[::-1, 1]])
+            nodes[end] += _INTO_MM * along / np.linalg.norm(along)
+        edge = np.concatenate([nodes[:, 0], nodes[::-1, 1]])
         face: Face = make_face(Polyline(*map(tuple, edge), close=True))
         flat += Rot(0, 0, 360 * arm / flexure.arms) * face
-    flat -= disc(BORE_M)
-    for radius, x, y in SCREWS:
-        flat -= Pos(_MM * x, _MM * y) * disc(radius)
-    return extrude(flat, _MM * flexure.width_m)
+    flat -= Circle(BORE_MM + 2.0)  # sits on the sleeve's neck
+    for radius, x, y in SCREWS_MM:
+        flat -= Pos(x, y) * Circle(radius)
+    return extrude(flat, 1e3 * flexure.width_m)
+
+
+def _sleeve(spring_height: float) -> Any:
+    """From the motor's shaft up to the knob; the spring's hub is clamped on its neck."""
+    top = _SPRING_Z + spring_height
+    body = _hole(SLEEVE_MM, _SPRING_Z - 1.0, z=1.0)
+    body += _hole(BORE_MM + 2.0 - _FIT_MM / 2, spring_height + 8.0, z=_SPRING_Z)
+    body -= _hole(BORE_MM, top + 8.0)
+    return body - Pos(0, 0, top + 5) * Rot(0, 90, 0) * Cylinder(1.25, 20)
+
+
+def _drum() -> Any:
+    """Pulley of the spring: teeth below, bearings inside, a flange for the spring's rim above.
+
+    It is printed on its flange.
+    """
+    flange_z = _SPRING_Z - 3.0
+    body = _hole(PULLEY_MM, flange_z - _DRUM_Z, z=_DRUM_Z)
+    body += _hole(RIM_MM, 3.0, z=flange_z)
+    body -= _hole(_BEARING[0] / 2, _SPRING_Z, z=_DRUM_Z)
+    for radius, x, y in SCREWS_MM:
+        body -= _hole(radius - 0.2, 4.0, x, y, flange_z)
+    return body
+
+
+def _brake_pulley(bore: float) -> Any:
+    body = _hole(PULLEY_MM, _TEETH_MM + 4.0, z=_DRUM_Z)
+    body -= _hole(bore / 2, 30.0)
+    return body - Pos(0, 0, _DRUM_Z + _TEETH_MM + 2) * Rot(0, 90, 0) * Cylinder(1.25, 60)
+
+
+def _knob(spring_height: float) -> Any:
+    """Give a cup over the spring, with a hub for the sleeve and a tab for the end stop."""
+    bottom = _SPRING_Z - 2.0
+    body = _hole(_KNOB_MM / 2, _KNOB_HEIGHT_MM, z=bottom)
+    body -= _hole(_KNOB_MM / 2 - _WALL_MM, _KNOB_HEIGHT_MM - 3.0, z=bottom)
+    hub_z = _SPRING_Z + spring_height + 1.0
+    body += _hole(9.0, bottom + _KNOB_HEIGHT_MM - hub_z, z=hub_z)
+    body -= _hole(BORE_MM + 2.0 + _FIT_MM / 2, 8.0, z=hub_z - 0.5)
+    body += Pos(_KNOB_MM / 2 + 1.5, 0, bottom + 4) * Box(5, 5, 8)
+    return body - Pos(0, 0, hub_z + 4) * Rot(0, 90, 0) * Cylinder(1.25, 30)
+
+
+def _plate(motor_mm: float, brake_mm: float) -> Any:
+    length, width, thick = _PLATE
+    body: Any = Pos(CENTRES_MM / 2, 0, -thick / 2) * Box(length, width, thick)
+    body -= _hole(11.0, thick, z=-thick)
+    body -= _hole(13.0, thick, CENTRES_MM, 0, -thick)
+    for x, y in _legs():
+        body -= _hole(1.7, thick, x, y, -thick)
+    for centre, diameter in ((0.0, motor_mm), (CENTRES_MM, brake_mm)):
+        for x, y in _ears(diameter):
+            body -= _hole(1.7, thick, centre + x, y, -thick)
+    return body + Pos(_KNOB_MM / 2 + 1.5, 12, 11) * Box(5, 5, 22)
+
+
+def _legs() -> list[tuple[float, float]]:
+    length, width, _ = _PLATE
+    return [
+        (CENTRES_MM / 2 + i * (length / 2 - 9), j * (width / 2 - 9))
+        for i in (-1, 1)
+        for j in (-1, 1)
+    ]
+
+
+def _ears(diameter: float) -> list[tuple[float, float]]:
+    away = diameter / 2 + 11.0
+    turns = (math.pi / 4 + n * math.pi / 2 for n in range(4))
+    return [(away * math.cos(turn), away * math.sin(turn)) for turn in turns]
+
+
+def _clamp(diameter: float) -> Any:
+    """Give a split ring round a motor's or brake's body, with ears; its top is z = 0."""
+    body = _hole(diameter / 2 + 6.0, 22.0, z=-22.0)
+    for x, y in _ears(diameter):
+        body += _hole(6.0, 6.0, x, y, -6.0)
+        turn = math.degrees(math.atan2(y, x))
+        reach = diameter / 2 + 3.0
+        body += Rot(0, 0, turn) * Pos(reach + 4.0, 0, -3.0) * Box(8.0, 10.0, 6.0)
+    body += Pos(diameter / 2 + 8, 0, -14) * Box(10, 12, 12)
+    body -= _hole(diameter / 2 + _FIT_MM / 2, 22.0, z=-22.0)
+    body -= Pos(diameter / 2 + 8, 0, -11) * Box(24, 2, 22)
+    body -= Pos(diameter / 2 + 9, 0, -14) * Rot(90, 0, 0) * Cylinder(1.7, 40)
+    for x, y in _ears(diameter):
+        body -= _hole(1.7, 8.0, x, y, -7.0)
+    return body
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A part at its place.
+
+    Attributes
+    ----------
+    solid
+        Where it is when all is screwed.
+    is_printed
+        False: an envelope of what is bought.
+    lift_mm
+        How far the exploded picture lifts it.
+    step
+        In which step of the assembly it comes.
+    print_turn
+        Degrees about x by which it lies on the printer's bed.
+    """
+
+    name: str
+    solid: Any
+    is_printed: bool
+    lift_mm: float
+    step: int
+    print_turn: float = 0.0
+
+
+def assembly(
+    flexure: Flexure, motor_mm: float = 30.0, brake_mm: float = 47.0, *, points: int = 60
+) -> list[Placed]:
+    """Give all parts at their places, for a motor and a brake of these diameters."""
+    height = 1e3 * flexure.width_m
+    under = -_PLATE[2]
+    bought_belt = _belt()
+    bearings = [
+        _hole(_BEARING[0] / 2, _BEARING[1], z=z) - _hole(SLEEVE_MM, _BEARING[1], z=z)
+        for z in (_DRUM_Z, _SPRING_Z - 3.0 - 2.0)
+    ]
+    motor = _hole(motor_mm / 2, 68.0, z=under - 68.0) + _hole(BORE_MM, 15.7, z=under)
+    brake = Pos(CENTRES_MM, 0, 0) * (
+        _hole(brake_mm / 2, 38.0, z=under - 38.0) + _hole(3.0, 22.0, z=under)
+    )
+    found = [
+        Placed("plate", _plate(motor_mm, brake_mm), True, 0.0, 1),
+        Placed("motor clamp", Pos(0, 0, under) * _clamp(motor_mm), True, -60.0, 2, 180.0),
+        Placed("motor", motor, False, -110.0, 2),
+        Placed("encoder", _hole(14.0, 10.0, z=under - 78.5), False, -135.0, 2),
+        Placed("brake clamp", Pos(CENTRES_MM, 0, under) * _clamp(brake_mm), True, -60.0, 3, 180.0),
+        Placed("brake", brake, False, -110.0, 3),
+        Placed("sleeve", _sleeve(height), True, 25.0, 4),
+        *(Placed(f"bearing {n + 1}", of, False, 45.0 + 10 * n, 5) for n, of in enumerate(bearings)),
+        Placed("drum", _drum(), True, 75.0, 5, 180.0),
+        Placed("spring", Pos(0, 0, _SPRING_Z) * spring(flexure, points), True, 105.0, 6),
+        Placed("brake pulley", Pos(CENTRES_MM, 0, 0) * _brake_pulley(6.0), True, 45.0, 7),
+        Placed("belt", bought_belt, False, 90.0, 7),
+        Placed("knob", _knob(height), True, 135.0, 8, 180.0),
+    ]
+    for n, (x, y) in enumerate(_legs()):
+        leg = _hole(_LEG_MM / 2, _LEG_HEIGHT_MM, x, y, under - _LEG_HEIGHT_MM)
+        leg -= _hole(1.3, 14.0, x, y, under - 14.0)
+        found.append(Placed(f"leg {n + 1}", leg, True, -40.0, 1))
+    return found
+
+
+def _belt() -> Any:
+    """Give a band round both pulleys."""
+    outer = PULLEY_MM + BELT_MM
+
+    def band(radius: float) -> Any:
+        both = Circle(radius) + Pos(CENTRES_MM, 0) * Circle(radius)
+        corners = [(0, -radius), (CENTRES_MM, -radius), (CENTRES_MM, radius), (0, radius)]
+        return both + make_face(Polyline(*corners, close=True))
+
+    return Pos(0, 0, _DRUM_Z + 1.0) * extrude(band(outer) - band(PULLEY_MM), 6.0)
+
+
+def printed(placed: Placed) -> Any:
+    """Turn a part as it lies on the printer's bed, its lowest point at z = 0."""
+    turned = Rot(placed.print_turn, 0, 0) * placed.solid
+    return Pos(0, 0, -turned.bounding_box().min.Z) * turned
+
+
+def overhang_mm2(body: Any) -> float:
+    """Return the area of flat faces that hang in the air, the bed's aside: they need support."""
+    return float(
+        sum(
+            face.area
+            for face in body.faces()
+            if face.geom_type == GeomType.PLANE
+            and face.normal_at().Z < -0.75
+            and face.center().Z > 0.05
+        )
+    )

@@ -1,0 +1,23 @@
+"""Dimensions that parts share, in mm; needs nothing that draws."""
+
+from __future__ import annotations
+
+import math
+
+BORE_MM = 3.0  # radius, of the motor's shaft
+SLEEVE_MM = 5.0  # radius, inside the bearings
+RIM_MM = 29.0  # radius, of the spring: a knob of 66 mm covers it
+TEETH = 50  # of both pulleys, pitch 2 mm
+PULLEY_MM = TEETH * 2.0 / math.tau  # radius
+BELT_MM = 1.4
+BELT_LENGTH_MM = 300.0
+CENTRES_MM = (BELT_LENGTH_MM - TEETH * 2.0) / 2
+_SCREW_CIRCLE_MM, _SCREW_MM = 27.0, 1.1
+SCREWS_MM = tuple(
+    (
+        _SCREW_MM,
+        _SCREW_CIRCLE_MM * math.cos(math.pi * (2 * n + 1) / 6),
+        _SCREW_CIRCLE_MM * math.sin(math.pi * (2 * n + 1) / 6),
+    )
+    for n in range(6)
+)

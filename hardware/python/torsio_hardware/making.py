@@ -1,0 +1,120 @@
+"""All files of a knob: solids, drawings, pictures, wiring, bill of materials, expected figures."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from build123d import Color, Compound, ExportSVG, Pos, export_step, export_stl
+
+from torsio_hardware import drawing, parts, solids
+from torsio_hardware.knob import Knob
+from torsio_hardware.solids import Placed
+
+STEPS = {
+    1: "plate on its legs",
+    2: "motor in its clamp",
+    3: "brake in its clamp",
+    4: "sleeve on the motor's shaft",
+    5: "bearings and drum on the sleeve",
+    6: "spring on sleeve and drum",
+    7: "brake pulley and belt",
+    8: "knob on the sleeve",
+}
+_VIEW = (400.0, -500.0, 350.0)
+_COARSE = 14  # pieces of an arm, in pictures
+
+
+def picture(bodies: Iterable[Any], new: Iterable[Any], file: Path) -> None:
+    """Draw solids as lines, without what is hidden; what is new is red."""
+    bodies, new = list(bodies), list(new)
+    export = ExportSVG(margin=5, line_weight=0.6)
+    export.add_layer("old", line_color=Color(0.15, 0.2, 0.25), line_weight=0.6)
+    export.add_layer("new", line_color=Color(0.75, 0.1, 0.1), line_weight=0.9)
+    together = Compound(children=[*bodies, *new])
+    look = together.center()
+    for layer, shown in (("old", bodies), ("new", new)):
+        if shown:
+            visible, _ = Compound(children=list(shown)).project_to_viewport(
+                _VIEW, look_at=(look.X, look.Y, look.Z)
+            )
+            export.add_shape(visible, layer=layer)
+    export.write(str(file))
+
+
+def exploded(placed: list[Placed]) -> list[Any]:
+    """Lift each part along the axis."""
+    return [Pos(0, 0, part.lift_mm) * part.solid for part in placed]
+
+
+def diameters(knob: Knob) -> tuple[float, float]:
+    """Return the diameters of the knob's motor and brake, from the bill of materials."""
+    found = {}
+    for part in parts.load():
+        if part.role in ("motor", "brake") and knob.parts[part.role] == part.number:
+            found[part.role] = float(part.ratings["diameter_mm"])
+    return found["motor"], found["brake"]
+
+
+def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
+    """Write all files into a folder; give their names.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    flexure, sizes = knob.spring.flexure, diameters(knob)
+    files = [_text(out / "spring.svg", drawing.svg(knob.spring))]
+    files.append(_text(out / "harness.svg", parts.harness_svg(knob)))
+    files.append(_text(out / "settings.json", json.dumps(knob.settings(), indent=2) + "\n"))
+    expected = {"steps": knob.expected(), "figures": knob.figures()}
+    files.append(_text(out / "expected.json", json.dumps(expected, indent=2) + "\n"))
+    files.append(_bill(out / "parts.csv"))
+    tell("solids")
+    placed = solids.assembly(flexure, *sizes)
+    for part in placed:
+        if part.is_printed and part.name not in ("leg 2", "leg 3", "leg 4"):
+            name = part.name.replace(" ", "_").removesuffix("_1")
+            file = out / f"{name}.stl"
+            export_stl(solids.printed(part), str(file), tolerance=0.02)
+            files.append(file)
+    whole = Compound(children=[part.solid for part in placed], label=knob.name)
+    export_step(solids.spring(flexure), str(out / "spring.step"))
+    export_step(whole, str(out / "assembly.step"))
+    files += [out / "spring.step", out / "assembly.step"]
+    tell("pictures")
+    coarse = solids.assembly(flexure, *sizes, points=_COARSE)
+    picture(exploded(coarse), [], out / "exploded.svg")
+    files.append(out / "exploded.svg")
+    for step in STEPS:
+        file = out / f"step_{step}.svg"
+        before = [part.solid for part in coarse if part.step < step]
+        picture(before, [part.solid for part in coarse if part.step == step], file)
+        files.append(file)
+    return files
+
+
+def _text(file: Path, text: str) -> Path:
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def _bill(file: Path) -> Path:
+    """Write the first choices with totals."""
+    found = parts.load()
+    with file.open("w", encoding="utf-8", newline="") as opened:
+        writer = csv.writer(opened)
+        writer.writerow(["part", "quantity", "maker", "number", "low_eur", "high_eur", "source"])
+        for part in found:
+            if part.is_first:
+                writer.writerow(
+                    [part.place, part.quantity, part.maker, part.number, *part.price_eur,
+                     part.source]
+                )  # fmt: skip
+        writer.writerow(["total", "", "", "", *parts.total_eur(found), ""])
+    return file

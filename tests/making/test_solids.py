@@ -1,0 +1,84 @@
+"""The printed parts: whole, free of each other, and flat on the printer's bed."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from build123d import Pos
+
+from torsio_hardware import making, solids
+from torsio_hardware.knob import load
+from torsio_hardware.layout import BELT_LENGTH_MM, CENTRES_MM, PULLEY_MM
+
+KNOB = load()
+# Two named motors and two brakes: 310009 and 148877, B1 and B2.
+DIAMETERS = {"first": (30.0, 47.0), "alternative": (40.0, 53.0)}
+# A slicer bridges so much, such as below a screw's ear.
+BRIDGED_MM2 = 100.0
+
+
+@pytest.fixture(scope="module", params=list(DIAMETERS))
+def placed(request: pytest.FixtureRequest) -> list[solids.Placed]:
+    return solids.assembly(KNOB.spring.flexure, *DIAMETERS[request.param])
+
+
+def common_mm3(one: Any, other: Any) -> float:
+    both = one.intersect(other)
+    if both is None:
+        return 0.0
+    return float(sum(part.volume for part in (both if isinstance(both, list) else [both])))
+
+
+def test_no_part_is_within_another(placed: list[solids.Placed]) -> None:
+    for one, other in itertools.combinations(placed, 2):
+        assert common_mm3(one.solid, other.solid) < 0.01, (one.name, other.name)
+
+
+def test_part_in_the_wrong_place_is_found(placed: list[solids.Placed]) -> None:
+    by_name = {part.name: part.solid for part in placed}
+    moved = Pos(0, 0, -4.0) * by_name["knob"]
+    assert common_mm3(moved, by_name["sleeve"]) > 10
+
+
+def test_every_printed_part_is_one_piece_that_lies_flat(placed: list[solids.Placed]) -> None:
+    for part in placed:
+        if part.is_printed:
+            assert len(part.solid.solids()) == 1, part.name
+            on_bed = solids.printed(part)
+            assert pytest.approx(0.0, abs=1e-6) == on_bed.bounding_box().min.Z
+            assert solids.overhang_mm2(on_bed) < BRIDGED_MM2, part.name
+            bed = [face for face in on_bed.faces() if abs(face.center().Z) < 1e-3]
+            assert sum(face.area for face in bed) > 30, part.name
+
+
+def test_part_printed_upside_down_is_found(placed: list[solids.Placed]) -> None:
+    knob = next(part for part in placed if part.name == "knob")
+    assert solids.overhang_mm2(Pos(0, 0, 20) * knob.solid) > 1000
+
+
+def test_belt_is_as_long_as_the_way_round_the_pulleys() -> None:
+    assert math.tau * PULLEY_MM + 2 * CENTRES_MM == pytest.approx(BELT_LENGTH_MM)
+
+
+def test_spring_has_the_volume_of_its_arms() -> None:
+    shape = KNOB.spring.flexure
+    line = 1e3 * shape.centre_line(2000)
+    arm = sum(math.dist(a, b) for a, b in itertools.pairwise(line)) * 1e3 * shape.thickness_m
+    rings = math.pi * (29**2 - 25**2 + 7**2 - 5**2 - 6 * 1.1**2)
+    expected = (rings + shape.arms * arm) * 1e3 * shape.width_m
+    assert solids.spring(shape).volume == pytest.approx(expected, rel=0.01)
+
+
+def test_all_files_are_made(tmp_path: Path) -> None:
+    files = making.make(KNOB, tmp_path, lambda what: None)
+    assert all(file.stat().st_size > 200 for file in files)
+    names = {file.name for file in files}
+    assert {"assembly.step", "spring.step", "spring.stl", "exploded.svg", "step_8.svg"} <= names
+    with (tmp_path / "parts.csv").open(encoding="utf-8") as opened:
+        *_, total = csv.reader(opened)
+    assert total[0] == "total"
