@@ -328,29 +328,35 @@ def rule_for(file: str) -> Rule | None:
     return None
 
 
+def _may_quote(rule: Rule, including: Path, name: str) -> bool:
+    """Tell whether a file may include one of the tree's own by this name."""
+    # Made from a file beside the including one.
+    beside = (including.parent / name, including.parent / name.removesuffix(".h"))
+    if "/" not in name and any(path.exists() for path in beside):
+        return True
+    if rule.never and name.startswith(f"{rule.never}/"):
+        return False
+    return any(name == layer or name.startswith(f"{layer}/") for layer in rule.layers)
+
+
+def _may_have(rule: Rule, name: str) -> bool:
+    """Tell whether a file may include a header of the system, or of others, by this name."""
+    if "/" not in name and "." not in name:
+        return rule.std is None or name in rule.std
+    if rule.posix and _POSIX.fullmatch(name):
+        return True
+    return bool(rule.third_party and re.fullmatch(rule.third_party, name))
+
+
 def _refusal(rule: Rule, including: Path, include: str) -> str | None:
     name = include[1:-1]
-    if include.startswith('"'):
-        if "/" not in name and (including.parent / name).exists():
-            return None
-        # Made from a file beside the including one.
-        if "/" not in name and (including.parent / name.removesuffix(".h")).exists():
-            return None
-        if rule.never and name.startswith(f"{rule.never}/"):
-            return f"may not include {include}"
-        if any(name == layer or name.startswith(f"{layer}/") for layer in rule.layers):
-            return None
-        return f"may not include {include}"
-    if not include.startswith("<"):
+    is_quoted = include.startswith('"')
+    if not is_quoted and not include.startswith("<"):
         return f"includes {include}, which cannot be checked"
-    if "/" not in name and "." not in name:
-        if rule.std is None or name in rule.std:
-            return None
+    if _may_quote(rule, including, name) if is_quoted else _may_have(rule, name):
+        return None
+    if not is_quoted and "/" not in name and "." not in name:
         return f"may not include {include}: not in the layer's list of standard headers"
-    if rule.posix and _POSIX.fullmatch(name):
-        return None
-    if rule.third_party and re.fullmatch(rule.third_party, name):
-        return None
     return f"may not include {include}"
 
 

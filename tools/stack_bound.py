@@ -80,24 +80,23 @@ class Function:
     constants: list[int] = field(default_factory=list)
 
 
-def _registers(text: str) -> int:
+def _register_bytes(text: str) -> int:
     count = 0
     for part in text.split(","):
         first, _, last = part.strip().partition("-")
         count += int(last[1:]) - int(first[1:]) + 1 if last else 1
-    return count
+    return count * (8 if text.startswith("d") else 4)
+
+
+def _pushes(name: str, operands: str) -> bool:
+    return name in ("push", "vpush") or (name in ("stmdb", "vstmdb") and operands.startswith("sp!"))
 
 
 def _pushed_bytes(operation: str, operands: str) -> int | None:
     """Bytes by which an instruction lowers the stack pointer; None if nobody can know."""
     name = operation.split(".")[0]
     if match := re.match(r"(?:sp!?, )?\{(.*)\}$", operands):
-        wide = 8 if match.group(1).startswith("d") else 4
-        if name in ("push", "vpush") or (
-            name in ("stmdb", "vstmdb") and operands.startswith("sp!")
-        ):
-            return wide * _registers(match.group(1))
-        return 0
+        return _register_bytes(match.group(1)) if _pushes(name, operands) else 0
     if match := re.search(r"\[sp, #-(\d+)\]!", operands):
         return int(match.group(1))
     if name in ("sub", "subw") and (match := re.match(r"sp, (?:sp, )?#(\d+)", operands)):
@@ -110,68 +109,93 @@ def _pushed_bytes(operation: str, operands: str) -> int | None:
     return None if writes_sp else 0
 
 
+_HEAD = re.compile(r"([0-9a-f]+) <(.+)>:$")
+_LINE = re.compile(r"\s*([0-9a-f]+):\t(\S+)\t?([^@;]*)(?:[@;] \(?([0-9a-f]+) )?")
+_TARGET = re.compile(r"(\w+) <([^+>]+)(?:\+0x[0-9a-f]+)?>$")
+
+
+class _Listing:
+    """What is known of a listing, line after line."""
+
+    def __init__(self, labels: frozenset[str]) -> None:
+        self.functions: dict[str, Function] = {}
+        self._labels = labels
+        self._owners: dict[str, str] = {}
+        self._starts: dict[str, str] = {}  # functions by their address
+        self._words: dict[int, int] = {}
+        self._loaded: dict[str, int] = {}  # where a register's constant stands
+        self._name = ""
+
+    def begin(self, address: str, name: str) -> None:
+        """Take the line that a function, or a label inside one, begins with."""
+        if name in self._labels:
+            self._owners[name] = self._name
+            return
+        self._name = name
+        self._starts[address.lstrip("0")] = name
+        self.functions.setdefault(name, Function())
+        if veneer := re.fullmatch(r"__(.+)_veneer", name):
+            self.functions[name].calls.add(veneer.group(1))
+
+    def take(self, address: str, operation: str, operands: str, constant: str | None) -> None:
+        """Take an instruction or a word of the current function."""
+        if not self._name:
+            return
+        if operation == ".word":
+            self._words[int(address, 16)] = int(operands, 16)
+        if operation.startswith("."):
+            return
+        function = self.functions[self._name]
+        if operation.startswith("ldr") and constant and "[pc" in operands:
+            self._loaded[operands.split(",")[0]] = int(constant, 16)
+        if operation == "add" and (large := re.fullmatch(r"sp, (r\d+)", operands)):
+            function.constants.append(self._loaded.get(large.group(1), 0))
+        elif target := _TARGET.search(operands):
+            if operation.startswith("b") and target.group(2) != self._name:
+                function.calls.add(target.group(2))
+                # objdump may call a function by another symbol of the same address.
+                self._owners.setdefault(target.group(2), target.group(1))
+        else:
+            self._lower(function, operation, operands)
+
+    def _lower(self, function: Function, operation: str, operands: str) -> None:
+        if operation in ("blx", "bx") and operands != "lr" and not self._name.endswith("_veneer"):
+            function.is_indirect = True
+        pushed = _pushed_bytes(operation, operands)
+        if pushed is None:
+            function.complaints.append(f"{self._name}: {operation} {operands}")
+        else:
+            function.frame_bytes += pushed
+
+    def finish(self) -> None:
+        """Name the callees by their functions, and add the frames that constants make."""
+        for name, function in self.functions.items():
+            owned = {callee: self._owners.get(callee, callee) for callee in function.calls}
+            function.calls = {
+                callee if callee in self.functions else self._starts.get(owner, owner)
+                for callee, owner in owned.items()
+            } - {name}
+            for address in function.constants:
+                if address not in self._words:
+                    function.complaints.append(f"{name}: sp changed by an unknown amount")
+                # What is added at the end, positive, gives back what was taken at the beginning.
+                elif self._words[address] >= 1 << 31:
+                    function.frame_bytes += (1 << 32) - self._words[address]
+
+
 def read_listing(listing: str, labels: frozenset[str] = frozenset()) -> dict[str, Function]:
     """Take the functions out of what ``objdump -d --no-show-raw-insn`` prints.
 
     ``labels`` are symbols in the middle of a function, as assembler code has them.
     """
-    functions: dict[str, Function] = {}
-    owners: dict[str, str] = {}
-    starts: dict[str, str] = {}  # functions by their address
-    words: dict[int, int] = {}
-    loaded: dict[str, int] = {}  # where a register's constant stands
-    name = ""
+    read = _Listing(labels)
     for line in listing.splitlines():
-        if match := re.match(r"([0-9a-f]+) <(.+)>:$", line):
-            if match.group(2) in labels:
-                owners[match.group(2)] = name
-                continue
-            name = match.group(2)
-            starts[match.group(1).lstrip("0")] = name
-            functions.setdefault(name, Function())
-            if veneer := re.fullmatch(r"__(.+)_veneer", name):
-                functions[name].calls.add(veneer.group(1))
-            continue
-        match = re.match(r"\s*([0-9a-f]+):\t(\S+)\t?([^@;]*)(?:[@;] \(?([0-9a-f]+) )?", line)
-        if not match or not name:
-            continue
-        operation, operands = match.group(2), match.group(3).strip()
-        if operation == ".word":
-            words[int(match.group(1), 16)] = int(operands, 16)
-        if operation.startswith("."):
-            continue
-        function = functions[name]
-        if operation.startswith("ldr") and match.group(4) and "[pc" in operands:
-            loaded[operands.split(",")[0]] = int(match.group(4), 16)
-        if operation == "add" and (large := re.fullmatch(r"sp, (r\d+)", operands)):
-            function.constants.append(loaded.get(large.group(1), 0))
-            continue
-        if target := re.search(r"(\w+) <([^+>]+)(?:\+0x[0-9a-f]+)?>$", operands):
-            if operation.startswith("b") and target.group(2) != name:
-                function.calls.add(target.group(2))
-                # objdump may call a function by another symbol of the same address.
-                owners.setdefault(target.group(2), target.group(1))
-            continue
-        if operation in ("blx", "bx") and operands != "lr" and not name.endswith("_veneer"):
-            function.is_indirect = True
-        pushed = _pushed_bytes(operation, operands)
-        if pushed is None:
-            function.complaints.append(f"{name}: {operation} {operands}")
-        else:
-            function.frame_bytes += pushed
-    for name, function in functions.items():
-        owned = {callee: owners.get(callee, callee) for callee in function.calls}
-        function.calls = {
-            callee if callee in functions else starts.get(owner, owner)
-            for callee, owner in owned.items()
-        } - {name}
-        for address in function.constants:
-            if address not in words:
-                function.complaints.append(f"{name}: sp changed by an unknown amount")
-            # What is added at the end, positive, gives back what was taken at the beginning.
-            elif words[address] >= 1 << 31:
-                function.frame_bytes += (1 << 32) - words[address]
-    return functions
+        if head := _HEAD.match(line):
+            read.begin(head.group(1), head.group(2))
+        elif match := _LINE.match(line):
+            read.take(match.group(1), match.group(2), match.group(3).strip(), match.group(4))
+    read.finish()
+    return read.functions
 
 
 def resolve(functions: dict[str, Function]) -> None:

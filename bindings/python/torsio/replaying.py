@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from torsio import checks, protocol
 from torsio._torsio.emulator import ReplayedDevice
@@ -216,21 +217,31 @@ def _run(
         if given.kind == "stored" and wanted.by_report:
             _store(device, wanted)
         if given.kind == "power" and given.bytes == b"\1":
-            identity = device.get_feature(_IDS["identity"])
-            assert identity is not None
-            values = protocol.decode(identity)[1]
-            steps = (values["torque_step_nm"], values["speed_step_rad_s"])
-        for _, report in device.take_outputs():
-            name, values = protocol.decode(report)
-            values["tick"] += behind
-            if values["tick"] < 0:
-                continue  # on the way to where the recording begins
+            steps = _steps_of(device)
+        for name, values in _outputs(device, behind):
             if name == "telemetry":
                 assert steps is not None
                 samples.update(_samples(values, steps))
             else:
                 answers.append(protocol.encode(name, values))
     return answers, samples
+
+
+def _outputs(device: ReplayedDevice, behind: int) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Give the reports with the recording's ticks, without those before it begins."""
+    for _, report in device.take_outputs():
+        name, values = protocol.decode(report)
+        values["tick"] += behind
+        if values["tick"] >= 0:
+            yield name, values
+
+
+def _steps_of(device: ReplayedDevice) -> tuple[float, float]:
+    """Give the device's steps of torque, N m, and of speed, rad/s."""
+    identity = device.get_feature(_IDS["identity"])
+    assert identity is not None
+    values = protocol.decode(identity)[1]
+    return values["torque_step_nm"], values["speed_step_rad_s"]
 
 
 def _store(device: ReplayedDevice, wanted: _Changes) -> None:
@@ -278,34 +289,12 @@ def _compare(
 ) -> Replayed:
     there = np.array([int(tick) in samples for tick in recorded.telemetry["tick"]], bool)
     before = recorded.telemetry[there]
-    after: Record = np.zeros(len(before), TELEMETRY_DTYPE)
-    for name in ("tick", "time_s", "position_counts", "angle_rad", "flags"):
-        after[name] = before[name]
-    for i, tick in enumerate(before["tick"].tolist()):
-        for name in _OUTPUTS[1:]:
-            after[name][i] = samples[tick][name]
-        # Of the position 32 bits travel.
-        error = (samples[tick]["position_counts"] - int(before["position_counts"][i])) % 2**32
-        after["position_counts"][i] += error - 2**32 * (error >= 2**31)
+    after = _as_now(before, samples)
+    missing, told = _wanted(recorded, there, samples)
     found: list[tuple[int, str]] = []
-    missing = recorded.telemetry["tick"][~there]
-    if not recorded.inputs:
-        # Nobody knows who had asked for those before the first that was asked for in the recording.
-        missing = missing[missing >= min(samples, default=0)]
-    told = [content for _, sent, content in recorded.reports if not sent]
-    if recorded.inputs and not recorded.whole:
-        # Torn: what the device had done is there for longer than what it had been given.
-        end = max(samples, default=0)
-        missing = missing[missing <= end]
-        told = [content for content in told if protocol.decode(content)[1]["tick"] <= end]
     if len(missing):
         found.append((int(missing[0]), "telemetry: recorded, and not sent now"))
-    for name in _OUTPUTS:
-        unequal = np.flatnonzero(before[name] != after[name])
-        if len(unequal):
-            i = unequal[0]
-            text = f"telemetry: {name} {before[name][i]} recorded, {after[name][i]} now"
-            found.append((int(before["tick"][i]), text))
+    found += _differences(before, after)
     compared, difference = _compare_answers(told, answers)
     if difference:
         found.append(difference)
@@ -316,6 +305,47 @@ def _compare(
     if text and not recorded.inputs and not _has_scene(recorded):
         text += "; a scene that an earlier program has left in the knob is not in the recording"
     return Replayed(before, after, bool(recorded.inputs), compared, text)
+
+
+def _as_now(before: Record, samples: Mapping[int, Mapping[str, Any]]) -> Record:
+    """Give the recorded samples with what the device puts out now."""
+    after: Record = np.zeros(len(before), TELEMETRY_DTYPE)
+    for name in ("tick", "time_s", "position_counts", "angle_rad", "flags"):
+        after[name] = before[name]
+    for i, tick in enumerate(before["tick"].tolist()):
+        for name in _OUTPUTS[1:]:
+            after[name][i] = samples[tick][name]
+        # Of the position 32 bits travel.
+        error = (samples[tick]["position_counts"] - int(before["position_counts"][i])) % 2**32
+        after["position_counts"][i] += error - 2**32 * (error >= 2**31)
+    return after
+
+
+def _wanted(
+    recorded: Recorded, there: npt.NDArray[np.bool_], samples: Mapping[int, Mapping[str, Any]]
+) -> tuple[npt.NDArray[Any], list[bytes]]:
+    """Give the ticks of recorded samples that are not sent now, and the recorded answers."""
+    missing = recorded.telemetry["tick"][~there]
+    told = [content for _, sent, content in recorded.reports if not sent]
+    if not recorded.inputs:
+        # Nobody knows who had asked for those before the first that was asked for in the recording.
+        missing = missing[missing >= min(samples, default=0)]
+    elif not recorded.whole:
+        # Torn: what the device had done is there for longer than what it had been given.
+        end = max(samples, default=0)
+        missing = missing[missing <= end]
+        told = [content for content in told if protocol.decode(content)[1]["tick"] <= end]
+    return missing, told
+
+
+def _differences(before: Record, after: Record) -> Iterator[tuple[int, str]]:
+    """Give the first tick at which each output differs, with both values."""
+    for name in _OUTPUTS:
+        unequal = np.flatnonzero(before[name] != after[name])
+        if len(unequal):
+            i = unequal[0]
+            text = f"telemetry: {name} {before[name][i]} recorded, {after[name][i]} now"
+            yield int(before["tick"][i]), text
 
 
 def _has_scene(recorded: Recorded) -> bool:

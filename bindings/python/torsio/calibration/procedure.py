@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 from torsio import checks
 from torsio.calibration.brake import Brake, estimate_brake, hold_and_let_go, slip
-from torsio.calibration.circuit import CircuitSteps
+from torsio.calibration.brake_curve import BrakeCurve
+from torsio.calibration.circuit import Circuit, CircuitSteps
+from torsio.calibration.drive import Drive
 from torsio.calibration.found import Parts, quantities_of
 from torsio.calibration.free import (
     FAST_RAD_S,
@@ -30,7 +32,7 @@ from torsio.calibration.left_out import (
 )
 from torsio.calibration.play import Player, Run
 from torsio.calibration.proposal import Calibration, put_together
-from torsio.calibration.quantity import Refusal
+from torsio.calibration.quantity import Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
 from torsio.config import ActuatorConfig
 from torsio.emulated import moves_parts
@@ -83,18 +85,38 @@ def calibrate(
     if ambient_c is not None:
         checks.number("ambient_c", ambient_c, -273.0, 700.0)
     if supply_v is not None:
-        checks.number("supply_v", supply_v, 3.0, 60.0)
-        if quick or not knob.motor_current().measured:
-            why = "a quick look leaves them out" if quick else "this device measures no current"
-            raise InvalidArgument(f"supply_v is for the electrical steps, and {why}")
-    say = progress or (lambda _: None)
+        _check_supply(knob, supply_v, quick=quick)
     actuator, control = knob.actuator_config(), knob.control_config()
-    motor_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
-    brake_nm = 0.95 * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm)
-    if 0.0 < control.speed_limit_rad_s < FREE_LIMIT_RAD_S:
+    _check_ready(knob, control.speed_limit_rad_s)
+    plan = _Plan(
+        actuator=actuator,
+        motor_nm=min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm),
+        brake_nm=0.95 * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm),
+        demagnetised=knob.board_config().brake_inductance_h > 0.0,
+        quick=quick,
+        supply_v=supply_v,
+    )
+    with Player.playing(knob) as player:
+        measured = _measure(knob, player, plan, progress or (lambda _: None))
+    found = _with_doubts(measured, plan, player.drive)
+    return put_together(
+        knob, actuator, measured.parts, found, measured.circuit, measured.seconds, ambient_c
+    )
+
+
+def _check_supply(knob: Knob, supply_v: float, *, quick: bool) -> None:
+    checks.number("supply_v", supply_v, 3.0, 60.0)
+    if quick or not knob.motor_current().measured:
+        why = "a quick look leaves them out" if quick else "this device measures no current"
+        raise InvalidArgument(f"supply_v is for the electrical steps, and {why}")
+
+
+def _check_ready(knob: Knob, speed_limit_rad_s: float) -> None:
+    """Refuse a knob that its own limits would stop on the way."""
+    if 0.0 < speed_limit_rad_s < FREE_LIMIT_RAD_S:
         raise Refusal(
             STEPS[0], "limited", f"it turns the knob at {FAST_RAD_S:g} rad/s, and the speed limit "
-            f"is {control.speed_limit_rad_s:g}: torsio config set "
+            f"is {speed_limit_rad_s:g}: torsio config set "
             f"speed_limit_rad_s={FREE_LIMIT_RAD_S:g}, and set it back afterwards",
         )  # fmt: skip
     if moves_parts(knob.info.board) and not knob.board_config().confirmed:
@@ -104,69 +126,118 @@ def calibrate(
             "brake and encoder (docs/how-to/hardware.md, first power), then torsio config set "
             "confirmed=on",
         )  # fmt: skip
-    demagnetised = knob.board_config().brake_inductance_h > 0.0
-    with Player.playing(knob) as player:
-        most: dict[str, Any] = {"motor_nm": motor_nm, "brake_nm": brake_nm}
-        circuit = electric = None
-        if not quick:
-            electric = CircuitSteps.of(knob, player, say, supply_v=supply_v)
-        if electric is None:
-            player.believe_configured()
-        else:
-            electric.look(motor_nm)
-        say(STEPS[0])
-        # All steps shall find the brake as it is left, whether it was used before or not.
-        hold_and_let_go(player, brake_nm, STEPS[0])
-        find_signs(player, motor_nm, actuator.knob_inertia_kg_m2)
-        if electric is not None:
-            electric.turn(motor_nm)
-        say(STEPS[1])
-        slow_s = 0.8 if quick else SLOW_S
-        turns = spin(player, motor_nm, slow_s=slow_s)
-        free = estimate_free(turns, slow_s=slow_s)
-        if electric is not None:
-            circuit = electric.hold(**most)
-            turns = player.known(turns)
-            free = estimate_free(turns, slow_s=slow_s)
-        _check_plausible(free, actuator)
-        say(STEPS[2])
-        most |= {"coulomb_nm": free.coulomb.value}
-        held = hold_and_push(player, **most, quick=quick)
-        shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
-        free = _through(shaft, free, turns)
-        brake = stairs = None
-        if not quick:
-            say(STEPS[3])
-            hold_and_let_go(player, brake_nm)  # what the shaft was held with dies away
-            stairs = slip(player, **most)
-            brake = _brake(stairs, free, shaft, demagnetised=demagnetised)
-        seconds = player.seconds
-    parts = Parts(free, shaft, brake)
-    found, curve = quantities_of(parts, player.drive), None
-    if brake is not None:
-        curve = brake.curve.with_left_out(*LEFT_OUT["brake_curve"])
-    found = {name: by_tick(of, turns.tick_s) for name, of in found.items()}
-    if player.drive is not None:
-        found = {name: with_left_out(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
-        if not player.drive.predicts:
-            found = {name: with_left_out(of, LEFT_OUT_BY_SIMPLE_LOOP) for name, of in found.items()}
-        if curve is not None:
-            curve = curve.with_left_out(*LEFT_OUT_BY_DRIVE["brake_curve"])
-        for drive in player.drive.others():
-            logs = [log.driven_by(drive) for log in (turns, *held)]
-            through = None if stairs is None else stairs.driven_by(drive)
-            # A refusal at the bound stands: nobody would know how far the value is from the truth.
-            other = _parts_of(logs, through, slow_s, demagnetised=demagnetised)
-            found = widened(found, quantities_of(other, drive))
-            if curve is not None and other.brake is not None:
-                curve = curve.widened(other.brake.curve)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What the steps may use, and which there are."""
+
+    actuator: ActuatorConfig
+    motor_nm: float
+    brake_nm: float
+    demagnetised: bool
+    quick: bool
+    supply_v: float | None
+
+    @property
+    def slow_s(self) -> float:
+        """Duration of the slow turns."""
+        return 0.8 if self.quick else SLOW_S
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """The runs of a calibration, and what they gave at first."""
+
+    turns: Run
+    held: tuple[Run, Run]
+    stairs: Run | None
+    parts: Parts
+    circuit: Circuit | None
+    seconds: float
+
+
+def _measure(knob: Knob, player: Player, plan: _Plan, say: Callable[[str], object]) -> _Measured:
+    """Play all steps in their order."""
+    circuit = electric = None
+    if not plan.quick:
+        electric = CircuitSteps.of(knob, player, say, supply_v=plan.supply_v)
+    if electric is None:
+        player.believe_configured()
+    else:
+        electric.look(plan.motor_nm)
+    say(STEPS[0])
+    # All steps shall find the brake as it is left, whether it was used before or not.
+    hold_and_let_go(player, plan.brake_nm, STEPS[0])
+    find_signs(player, plan.motor_nm, plan.actuator.knob_inertia_kg_m2)
+    if electric is not None:
+        electric.turn(plan.motor_nm)
+    say(STEPS[1])
+    turns = spin(player, plan.motor_nm, slow_s=plan.slow_s)
+    free = estimate_free(turns, slow_s=plan.slow_s)
+    most = {"motor_nm": plan.motor_nm, "brake_nm": plan.brake_nm}
+    if electric is not None:
+        circuit = electric.hold(**most)
+        turns = player.known(turns)
+        free = estimate_free(turns, slow_s=plan.slow_s)
+    _check_plausible(free, plan.actuator)
+    say(STEPS[2])
+    most |= {"coulomb_nm": free.coulomb.value}
+    held = hold_and_push(player, **most, quick=plan.quick)
+    shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
+    free = _through(shaft, free, turns)
+    brake = stairs = None
+    if not plan.quick:
+        say(STEPS[3])
+        hold_and_let_go(player, plan.brake_nm)  # what the shaft was held with dies away
+        stairs = slip(player, **most)
+        brake = _brake(stairs, free, shaft, demagnetised=plan.demagnetised)
+    return _Measured(turns, held, stairs, Parts(free, shaft, brake), circuit, player.seconds)
+
+
+_Found = tuple[dict[str, Quantity], BrakeCurve | None]
+
+
+def _with_doubts(measured: _Measured, plan: _Plan, drive: Drive | None) -> _Found:
+    """Give the quantities and the brake's curve with all that the models leave out."""
+    brake = measured.parts.brake
+    quantities = quantities_of(measured.parts, drive)
+    found = {name: by_tick(of, measured.turns.tick_s) for name, of in quantities.items()}
+    curve = None if brake is None else brake.curve.with_left_out(*LEFT_OUT["brake_curve"])
+    if drive is not None:
+        found, curve = _with_drives(found, curve, measured, plan, drive)
+    circuit = measured.circuit
     if circuit is not None:
         found = {of.name: of for of in circuit.quantities} | {
             name: circuit.scaled(of) for name, of in found.items()
         }
         if curve is not None:
             curve = curve.with_left_out(circuit.torque_share, 0.0)
-    return put_together(knob, actuator, parts, (found, curve), circuit, seconds, ambient_c)
+    return found, curve
+
+
+def _with_drives(
+    found: dict[str, Quantity],
+    curve: BrakeCurve | None,
+    measured: _Measured,
+    plan: _Plan,
+    drive: Drive,
+) -> _Found:
+    """Widen the uncertainties by what this drive leaves out, and by what others would give."""
+    found = {name: with_left_out(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+    if not drive.predicts:
+        found = {name: with_left_out(of, LEFT_OUT_BY_SIMPLE_LOOP) for name, of in found.items()}
+    if curve is not None:
+        curve = curve.with_left_out(*LEFT_OUT_BY_DRIVE["brake_curve"])
+    for one in drive.others():
+        logs = [log.driven_by(one) for log in (measured.turns, *measured.held)]
+        through = None if measured.stairs is None else measured.stairs.driven_by(one)
+        # A refusal at the bound stands: nobody would know how far the value is from the truth.
+        other = _parts_of(logs, through, plan.slow_s, demagnetised=plan.demagnetised)
+        found = widened(found, quantities_of(other, one))
+        if curve is not None and other.brake is not None:
+            curve = curve.widened(other.brake.curve)
+    return found, curve
 
 
 def _brake(stairs: Run, free: Free, shaft: Shaft, *, demagnetised: bool) -> Brake:
