@@ -83,7 +83,7 @@ def _add(name: str, about: str) -> None:
 
 # A study with options of its own has its command below instead, and passes them as settings.
 for _name, _about in STUDIES.items():
-    if _name not in ("calibration", "design", "falsify"):
+    if _name not in ("calibration", "design", "falsify", "trade"):
         _add(_name, _about)
 
 
@@ -148,6 +148,26 @@ def falsify(
 ) -> None:
     """Run the search; an interrupted one goes on where it was."""
     run("falsify", context)
+
+
+@app.command("trade", help=STUDIES["trade"])
+def trade(
+    context: typer.Context,
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="FILE...", help="As for `torsio trade`; three scenes if unset."),
+    ] = None,
+    as_json: AsJson = False,
+    out: Out = Path("out"),
+    quick: Quick = False,
+    wanted: Annotated[
+        float | None, typer.Option("--wanted", metavar="JND", help="0.5 if unset.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Trade every scene; an interrupted run goes on where it was."""
+    run("trade", context)
 
 
 @app.command("design", help=STUDIES["design"])

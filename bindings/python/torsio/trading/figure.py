@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -15,6 +14,7 @@ from torsio.whole_file import beside
 __all__ = ["panel", "save_figure"]
 
 _LEAST_JNDS = 1e-3
+_NAMES_AT, _APART = 0.3, 1.6  # of names: how far left of the point, and the least distance
 
 
 def _shown(row: Row) -> tuple[float, float]:
@@ -33,18 +33,21 @@ def panel(axes: Axes, found: Trade, title: str) -> None:
     device = _shown(found.on_device)
     axes.plot(*device, "s", color=ORANGE, ms=6, label="whole device, other visit")
     axes.plot(*_shown(found.proposal), "D", color=BLACK, ms=8, label="proposed")
-    together: dict[tuple[int, int], list[Row]] = {}
-    for row in tried:
-        if len(row.variant.left_out) == 1 and row.variant.rate_hz == HIGHEST_HZ:
-            x, y = (round(10.0 * math.log10(value)) for value in _shown(row))
-            together.setdefault((x // 3, y), []).append(row)
-    for rows in together.values():
-        names = ", ".join(row.variant.left_out[0] for row in rows)
+    axes.set_ylim(_LEAST_JNDS / 2, 5.0 * max(_shown(row)[1] for row in tried))
+    alone = [
+        (_shown(row), row.variant.left_out[0])
+        for row in tried
+        if len(row.variant.left_out) == 1 and row.variant.rate_hz == HIGHEST_HZ
+    ]
+    # From the largest change downwards, so far apart that each can be read.
+    place = axes.get_ylim()[1]
+    for (x, y), name in sorted(alone, key=lambda one: -one[0][1]):
+        place = min(place / _APART, y)
         axes.annotate(
-            f"no {names}", _shown(rows[0]), (-6, 0), fontsize=8, color=TEXT,
-            textcoords="offset points", va="center", ha="right",
+            f"no {name}", (x, y), (_NAMES_AT * x, place), fontsize=8, color=TEXT, va="center",
+            ha="right", arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.5},
+            bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
         )  # fmt: skip
-    axes.set_ylim(bottom=_LEAST_JNDS / 2)
     axes.set_xlabel("CPU time for a second of the knob, ms")
 
 

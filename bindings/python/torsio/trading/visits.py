@@ -86,8 +86,12 @@ def moved(hand: Any, change: Callable[[float, float], tuple[float, float]]) -> H
 
 CHOOSE: Final = (Visit(), Visit(0.8, 0.37))
 """Visits that a proposal is chosen by."""
-VERIFY: Final = (Visit(1.25, 0.71), Visit(0.9, 0.13), Visit(0.65, 0.55))
-"""Visits that it is verified on."""
+VERIFY: Final = (
+    (Visit(1.25, 0.71), Visit(0.9, 0.13), Visit(0.65, 0.55)),
+    (Visit(1.15, 0.29), Visit(0.95, 0.83), Visit(0.7, 0.04)),
+    (Visit(1.2, 0.47), Visit(0.85, 0.62), Visit(0.75, 0.91)),
+)
+"""Visits that it is verified on; the next ones for the next proposal, if one fails."""
 
 
 def effects_of(scene: Scene | None) -> list[Effect]:

@@ -19,7 +19,7 @@ def lines(found: Trade) -> Iterator[str]:
     yield (f"All parts at {HIGHEST_HZ // 1000} kHz cost {_cost(reference)}: the reference.")
     for row in found.rows:
         one = row.variant
-        if len(one.left_out) == 1 and one.rate_hz == HIGHEST_HZ:
+        if row.name == one.name and len(one.left_out) == 1 and one.rate_hz == HIGHEST_HZ:
             yield _of_part(one.left_out[0], row, reference, found)
     for rate in RATES_HZ[1:]:
         row = found.row(rate_hz=rate)
@@ -28,7 +28,9 @@ def lines(found: Trade) -> Iterator[str]:
         if row.variant.counts_per_rev or row.variant.law:
             yield f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}."
         if row.variant.other_noise:
-            yield f"Other noise {_changes(row)}: smaller differences cannot be told."
+            most = row.difference.jnds > found.wanted_jnds
+            so = "more than is wanted, so ask for more" if most else "less cannot be told"
+            yield f"Other noise {_changes(row)}: {so}."
     for row in found.rows:
         if row.name != row.variant.name:  # in the batch, or the whole device
             wire = ""

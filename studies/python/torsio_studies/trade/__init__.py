@@ -1,0 +1,1 @@
+"""What of the simulation a scene needs, for many scenes."""

@@ -1,0 +1,44 @@
+"""The study `trade`: many scenes, each as `torsio.trade` has it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import torsio
+from torsio_studies import common
+from torsio_studies.execution import execute
+
+SCENE = """
+import torsio
+scene = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad={stiffness})
+plant = torsio.PlantParams(brake_hysteresis=torsio.BrakeHysteresis())
+"""
+
+
+def test_study_trades_every_file_and_goes_on_where_it_was(tmp_path: Path) -> None:
+    files = []
+    for name, stiffness in (("soft", 0.5), ("stiff", 3.0)):
+        files.append(tmp_path / f"{name}.py")
+        files[-1].write_text(SCENE.format(stiffness=stiffness))
+    settings = {"files": files, "workers": 2}
+
+    def run() -> common.Results:
+        kept = tmp_path / "trade.json"
+        return execute("trade", json_file=kept, out=tmp_path, quick=True, settings=settings)
+
+    results = run()
+    assert (tmp_path / "trade_scenes.png").stat().st_size > 20_000
+    for file in files:
+        alone = torsio.trade(file, quick=True, stretch=False)
+        rows = {row["name"]: row for row in results["scenes"][file.name]["rows"]}
+        for row in alone.rows[:10]:
+            assert rows[row.name]["largest_nm"] == row.difference.largest_nm
+        assert any("Hysteresis changes" in one for one in results["words"][file.name])
+    kept = {path: path.read_text() for path in (tmp_path / "trade").iterdir()}
+    assert len(kept) == 2
+    again = run()
+    for file in files:
+        first, second = (one["scenes"][file.name]["rows"][0] for one in (results, again))
+        assert first == pytest.approx(second)
