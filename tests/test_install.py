@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
+PROJECT = TREE / "examples" / "project"
 # The compiler's time matters here, the program's does not.
 QUICK = ("-G", "Ninja", "-DCMAKE_CXX_FLAGS_RELEASE=-O0", "-DCMAKE_UNITY_BUILD=ON")
 ALONE = ("-DTORSIO_BUILD_TESTS=OFF", "-DTORSIO_BUILD_EXAMPLES=OFF")
@@ -33,10 +34,10 @@ def _installed(prefix: Path) -> set[str]:
 def _build_user(tmp_path: Path, prefix: Path) -> Path:
     """Build the user's project with find_package; return its program."""
     source, build = tmp_path / "source", tmp_path / "build"
-    shutil.copytree(TREE / "tests" / "install", source)
+    shutil.copytree(PROJECT, source)
     _run("cmake", "-S", source, "-B", build, *QUICK, f"-DCMAKE_PREFIX_PATH={prefix}")
     _run("cmake", "--build", build)
-    return build / "torsio_user"
+    return build / "my_knob"
 
 
 def _compile_with_pkg_config(tmp_path: Path, prefix: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -44,7 +45,7 @@ def _compile_with_pkg_config(tmp_path: Path, prefix: Path, monkeypatch: pytest.M
     monkeypatch.setenv("PKG_CONFIG_PATH", str(folder))
     flags = _run("pkg-config", "--cflags", "--libs", "torsio").split()
     program = tmp_path / "by_pkg_config"
-    _run("g++", "-std=c++20", TREE / "tests/install/main.cpp", "-o", program, *flags)
+    _run("g++", "-std=c++20", PROJECT / "main.cpp", "-o", program, *flags)
     return program
 
 
@@ -61,8 +62,14 @@ def test_static_install_serves_find_package_and_pkg_config(
     names = sorted(path.relative_to(include) for path in include.rglob("*.hpp"))
     (tmp_path / "all.cpp").write_text("".join(f'#include "{name}"\n' for name in names))
     _run("g++", "-std=c++20", "-fsyntax-only", "-I", include, tmp_path / "all.cpp")
-    assert "inside the wall" in _run(_build_user(tmp_path, prefix))
-    assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
+    # 50 mN m by 1 N m/rad; friction holds up to 10 mN m.
+    for program in (
+        _build_user(tmp_path, prefix),
+        _compile_with_pkg_config(tmp_path, prefix, monkeypatch),
+    ):
+        told = re.fullmatch(r"2000 samples, (.*) rad inside the wall\n", _run(program))
+        assert told
+        assert 0.04 < float(told[1]) < 0.06
 
 
 @pytest.mark.slow
@@ -97,15 +104,18 @@ def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
     tmp_path: Path,
 ) -> None:
     prefix, build = tmp_path / "prefix", tmp_path / "build"
-    source = TREE / "tests" / "install" / "subproject"
+    source = tmp_path / "source"
+    shutil.copytree(PROJECT, source)
     lines = (source / "CMakeLists.txt").read_text(encoding="utf-8")
     guide = (TREE / "docs/reference/cpp.md").read_text(encoding="utf-8")
-    fetched = re.findall(r"^include.*\n(?:FetchContent.*\n)+", lines, re.M)
-    assert len(fetched) == 1
-    assert textwrap.indent(fetched[0], "    ") in guide
-    _run("cmake", "-S", source, "-B", build, *QUICK, f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}")
+    (fetched,) = re.findall(r"^  include.*\n(?:  FetchContent.*\n)+", lines, re.M)
+    assert textwrap.indent(textwrap.dedent(fetched), "    ") in guide
+    of_tree = f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}"  # in place of what would be fetched
+    _run("cmake", "-S", source, "-B", build, *QUICK, of_tree, "-DTORSIO_WITH_EMULATOR=OFF")
     _run("cmake", "--build", build)
-    assert "TORSIO_WITH_EMULATOR" in _run(build / "torsio_parent")
+    told = subprocess.run([build / "my_knob"], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stdout) == (1, "")
+    assert "TORSIO_WITH_EMULATOR" in told.stderr
     cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")
     assert "CMAKE_BUILD_TYPE:STRING=\n" in cache
     _run("cmake", "--install", build, "--prefix", prefix)

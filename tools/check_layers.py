@@ -276,6 +276,7 @@ RULES = (
         "the emulated device for a browser: a dozen functions, compiled to WebAssembly",
         ("emulator", "conversion/swings.hpp"),
     ),
+    Rule("examples/project", "a program outside of this tree, to be copied", ("torsio",)),
     Rule("examples/cpp", "smallest useful programs, each run by the tests", ("torsio",)),
     Rule(
         "examples/game",

@@ -162,7 +162,7 @@ GROUPS = {
         ("tests/c", "tests/test_install.py", "tests/test_other_systems.py"),
         ("release", "languages", "python"),
         (
-            *(*_LIBRARIES, "examples", "tests/install", "docs/reference/c.md", "tools"),
+            *(*_LIBRARIES, "examples", "docs/reference/c.md", "tools"),
             *("tests/python/cpp_headers.py", "tests/test_guides.py"),
         ),
     ),
@@ -262,7 +262,7 @@ GROUPS = {
         "builds of other kinds, studies on a cluster, learning",
         ("tests/test_install.py", "tests/python", "tests/studies"),
         ("release", "python", "studies"),
-        (*_COVERED_BY_BOARDS, "examples", "tests/install", "docs"),
+        (*_COVERED_BY_BOARDS, "examples", "docs"),
         {SLOW_VARIABLE: "1"},
         slow=True,
     ),
