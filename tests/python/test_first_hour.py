@@ -168,6 +168,8 @@ def test_knob_telemetry_and_calibration_show_themselves() -> None:
     for same in (log, log[5:], pickle.loads(pickle.dumps(log))):
         assert isinstance(same, torsio.Telemetry)
         assert "samples, 0.0" in str(same._repr_html_())
+    with pytest.raises(ValueError, match=r"no column 'angle'; there are tick, .*angle_rad"):
+        log["angle"]
     columns: Any = log[["tick", "flags"]]
     assert columns._repr_html_() is None
     with torsio.open("emulated") as knob:

@@ -33,6 +33,9 @@ class Telemetry(np.ndarray[tuple[Any, ...], np.dtype[np.void]]):
 
         def __getitem__(self, key):
             """Give a column as an ordinary array, and samples as samples."""
+            names = self.dtype.names or ()
+            if isinstance(key, str) and key not in names:
+                raise ValueError(f"no column {key!r}; there are {', '.join(names)}")
             found = super().__getitem__(key)
             if isinstance(found, Telemetry) and found.dtype.names is None:
                 return found.view(np.ndarray)
