@@ -38,8 +38,6 @@ __all__ = ["FindDetent", "IdentifyShaft", "KnobEnv", "KnobVectorEnv", "RenderWal
 Observations = npt.NDArray[np.float32]
 _LARGEST = 1e3
 """Beyond what any knob does; observations are clipped to it."""
-
-
 _FRAMES_PER_S = 50
 """Of a video, a step each: slower than the knob."""
 _REMEMBERED = ("task", "_knobs", "_steps", "_np_random", "_np_random_seed")
@@ -290,7 +288,7 @@ class KnobEnv(gymnasium.Env[Observations, Observations]):
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Go on from where `state` was given: the same actions give the same bits."""
-        self._many.set_state(state["many"])
+        self._many.set_state(state.get("many", {}))
         self.np_random = deepcopy(state["rng"])
 
     def close(self) -> None:
