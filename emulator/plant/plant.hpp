@@ -33,7 +33,7 @@ class Plant {
   /// @throws std::invalid_argument if a value is not finite
   void set_command(const Command& command);
 
-  /// What the bridges of a plant with electrics make of its actuators from now on.
+  /// Orders of the bridges of a plant with electrics from now on.
   struct Drive {
     double motor_target_nm = 0.0;  ///< at which the motor's would settle at rest
     bool motor_connected = true;   ///< false: the winding has no circuit, and no current
@@ -65,7 +65,7 @@ class Plant {
   ///         there time can go on, without a torque of the hand until it is asked again
   void advance(std::int64_t duration_ns);
 
-  /// What it remembers, without its parts and its hand; not all of a plant with electrics.
+  /// Its state, without its parts and its hand; not all of a plant with electrics.
   struct Memory {
     Command command;
     HeldInputs inputs;
@@ -99,7 +99,7 @@ class Plant {
   void ask_hand(const FeedbackHand& hand);
   /// Goes on from where the plant is, whatever the grid: after every change of an input.
   void start_from_here();
-  /// What rigid connections make of a state.
+  /// A state with its rigid connections.
   void make_consistent();
 
   PlantParams params_;

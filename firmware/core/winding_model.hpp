@@ -58,8 +58,8 @@ inline constexpr float kMostTooLow = 0.41F;
 // the voltage, or a sensor that shows half the current, takes twice.
 inline constexpr float kMostTooHigh = 0.85F;
 
-// What more flows than the model has, beside the slack of the means: what a bridge takes for itself
-// makes it less. So much also resistance and supply may change within a second.
+// Current beyond the model, beside the slack of the means: a bridge's own loss makes it less. So
+// much also resistance and supply may change within a second.
 inline constexpr float kQuickShare = 0.2F;
 
 // Of the voltage that the motor makes itself: a constant of a tenth more on a supply of a sixth

@@ -12,7 +12,7 @@
 
 namespace torsio::conversion {
 
-/// What a device can play.
+/// Limits of a device's scenes.
 struct SceneLimits {
   std::size_t effects = protocol::max_effects;
   std::size_t curve_points = protocol::curve_pool_points;

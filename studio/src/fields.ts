@@ -1,4 +1,4 @@
-// What reports.ts, the printed table, is made of.
+// Types of reports.ts, the printed table.
 
 export type Scalar = "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64" | "f32";
 

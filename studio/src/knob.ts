@@ -351,7 +351,7 @@ export class Knob {
       await this.startTelemetry();
       this.onConfigured();
     } catch {
-      // Whoever reads telemetry says that the knob is gone.
+      // The reader of telemetry says that the knob is gone.
     }
   }
 

@@ -16,7 +16,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class BoardCost:
-    """What a tick costs on a board.
+    """Cost of a tick on a board.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the printed classes of effects can do besides holding values: show themselves."""
+"""Methods of the printed classes of effects: show themselves."""
 
 from __future__ import annotations
 

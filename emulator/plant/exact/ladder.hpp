@@ -26,8 +26,8 @@ inline Pair magnitude(Pair pair) {
   return std::bit_cast<Pair>(std::bit_cast<Bits>(pair) & Bits{kAllButSign, kAllButSign});
 }
 
-/// What is watched for events, each a linear function of the state: the room that friction has on
-/// knob and brake, which is the speed of a shaft that slips or what is left of the friction that
+/// Quantities watched for events, each a linear function of the state: the room that friction has
+/// on knob and brake, which is the speed of a shaft that slips or what is left of the friction that
 /// holds it; and what is linear in pieces only, the shaft's twist and the knob's travel.
 constexpr int kKnob = 0;
 constexpr int kBrake = 1;

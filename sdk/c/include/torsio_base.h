@@ -1,5 +1,5 @@
 /// @file
-/// What every part of torsio.h needs: results, handles, and what makes a function visible.
+/// Shared by all parts of torsio.h: results, handles, and the mark of visible functions.
 #ifndef TORSIO_BASE_H
 #define TORSIO_BASE_H
 
@@ -17,8 +17,8 @@
 extern "C" {
 #endif
 
-/// What a function returns. After anything but TORSIO_OK, torsio_last_error() has a sentence that
-/// says what was wrong and what to do about it, and what was to be written is unchanged, unless the
+/// Result of a function. After anything but TORSIO_OK, torsio_last_error() has a sentence that says
+/// what was wrong and what to do about it, and what was to be written is unchanged, unless the
 /// function says otherwise.
 typedef enum torsio_result {
   TORSIO_OK = 0,
@@ -39,7 +39,7 @@ typedef enum torsio_result {
 /// Bytes of every text in a structure, with the 0 at its end. A longer text is cut.
 #define TORSIO_TEXT_BYTES 256
 
-// What the library makes, and only it looks inside. Each has a function that frees it.
+// Handles: the library makes them, and only it looks inside. Each has a function that frees it.
 typedef struct torsio_knob torsio_knob;            ///< an open knob
 typedef struct torsio_scene torsio_scene;          ///< effects that play together
 typedef struct torsio_recording torsio_recording;  ///< samples of a span of time

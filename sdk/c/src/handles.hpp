@@ -1,5 +1,5 @@
 /// @file
-/// What C's handles point to, and how every function ends: with a result, never with an exception.
+/// Targets of C's handles, and the end of every function: a result, never an exception.
 #pragma once
 
 #include <deque>

@@ -36,7 +36,7 @@ torque."""
 MEASURED_OF_BOARD = (
     *("supply_v", "motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"),
 )
-"""What is proposed of `BoardConfig`; the supply only where its voltage was told."""
+"""Proposed fields of `BoardConfig`; the supply only where its voltage was told."""
 
 _REST_READINGS, _REST_EVERY_S = 300, 1e-3
 # To and fro, so that the knob comes to rest; longer than a fault takes.

@@ -239,9 +239,9 @@ def _proposed(
 def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> float:
     """Give what may be taken off the friction: that is there for certain, and wears off.
 
-    What the brake's loop leaves is not: a knob that has not braked yet is without it. Nor is what
-    holds a steady pull, or a knob that is pushed that way would go on. Keep the configured value if
-    the difference may be noise.
+    The remains of the brake's loop are not: a knob that has not braked yet is without them. Nor is
+    what holds a steady pull, or a knob that is pushed that way would go on. Keep the configured
+    value if the difference may be noise.
     """
     # Of the sum nobody knows less than of the drag, which is all the friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]

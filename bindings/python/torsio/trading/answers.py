@@ -46,7 +46,7 @@ _REPORT_BYTES: Final = 64
 
 @dataclass(frozen=True)
 class Row:
-    """What a variant changes, and what it costs.
+    """Changes of a variant, and their cost.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Row:
 
 @dataclass(frozen=True)
 class BoardShare:
-    """What a control tick of the scene costs on a board, from counted instructions.
+    """Cost of the scene's control tick on a board, from counted instructions.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class BoardShare:
 
 @dataclass(frozen=True)
 class Trade:
-    """What a scene needs.
+    """Needs of a scene.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a trade tries: parts left out, other rates, counts and laws; each played, and kept."""
+"""Variants of a trade: parts left out, other rates, counts and laws; each played, and kept."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Variant:
         return not (self.counts_per_rev or self.law or self.other_noise)
 
     def of(self, options: LoopOptions) -> LoopOptions:
-        """Change a loop so. What its device believes stays as it is."""
+        """Change a loop so. Its device's beliefs stay as they are."""
         changes: dict[str, Any] = {}
         for part in self.left_out:
             changes |= PARTS[part]
