@@ -2,30 +2,38 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
+import stat
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import torsio
+from tests.faults.knobs import device
+from torsio import recording_file, whole_file
 from torsio.cli import app
+from torsio.telemetry import TELEMETRY_DTYPE
 from torsio.whole_file import beside
 
 ROOM_BYTES = 6000
 
 
 @contextmanager
-def full_disk() -> Iterator[None]:
+def full_disk(most_bytes: int = ROOM_BYTES) -> Iterator[None]:
     """Let no file grow beyond a few thousand bytes, as on a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM_BYTES, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, hard))
     try:
         yield
     finally:
@@ -128,3 +136,63 @@ def test_standard_output_that_takes_nothing_is_told(arguments: str, where: str, 
     (line,) = [line for line in result.stderr.splitlines() if not line.startswith("knob ")]
     assert line.startswith("torsio: error: ")
     assert words in line
+
+
+@pytest.mark.parametrize("paced", [False, True], ids=["virtual", "paced"])
+def test_disk_that_is_slower_than_time_holds_it_up_or_costs_samples_that_are_counted(
+    paced: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording_file, "_MOST_WAITING_BYTES", 300 * TELEMETRY_DTYPE.itemsize)
+    made, path, disk = device(paced=paced), tmp_path / "x.mcap", threading.Event()
+    held_up_at_s: list[float] = []
+
+    def hold_up() -> None:
+        while not held_up_at_s or made.now_ns() > 1e9 * held_up_at_s[-1]:
+            held_up_at_s.append(1e-9 * made.now_ns())
+            time.sleep(0.3)
+        disk.set()
+
+    def write(_: object) -> None:
+        disk.wait()
+
+    with torsio.open(made) as knob, knob.record_to(path) as recording:
+        recording.put(write, [None])
+        if paced:
+            got = sum(len(knob.record(0.1)) for _ in range(10))
+            disk.set()
+        else:
+            other = threading.Thread(target=hold_up)
+            other.start()
+            knob.sleep(5.0)
+            other.join()
+    loaded = torsio.load(path)
+    assert loaded.whole
+    if paced:
+        assert loaded.samples_lost > 0
+        assert len(loaded.telemetry) + loaded.samples_lost >= got
+    else:
+        assert held_up_at_s[-1] < 2.0
+        assert loaded.samples_lost == 0
+        assert set(np.diff(loaded.telemetry["tick"].astype(np.int64))) == {1}
+        assert len(loaded.telemetry) >= 5000
+
+
+def test_recording_that_cannot_begin_leaves_the_file_that_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    path.write_bytes(b"of yesterday")
+    with torsio.open("emulated") as knob:
+        with full_disk(most_bytes=100), pytest.raises(OSError, match=r"x\.mcap"):
+            knob.record_to(path)
+        assert path.read_bytes() == b"of yesterday"
+        assert [file.name for file in tmp_path.iterdir()] == ["x.mcap"]
+        with knob.record_to(path):
+            knob.sleep(0.1)
+    assert len(torsio.load(path).telemetry) >= 100
+
+
+def test_device_in_the_place_of_a_file_is_written_to_and_stays_one() -> None:
+    one, other = os.openpty()
+    with whole_file.beside(os.ttyname(other)) as place:
+        place.write_text("written")
+    assert os.read(one, 7) == b"written"
+    assert stat.S_ISCHR(os.stat(os.ttyname(other)).st_mode)

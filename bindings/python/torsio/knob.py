@@ -54,12 +54,14 @@ class Knob(KnobConfiguration, KnobTelemetry):
     Durations count in the device's time: the wall clock, or a virtual one of an emulated device.
     """
 
-    def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool = False) -> None:
+    def __init__(
+        self, knob: _torsio.Knob, *, logs_inputs: bool = False, time_waits: bool = False
+    ) -> None:
         if isinstance(knob, str):
             raise TypeError(f"a knob is opened by torsio.open({checks.show(knob)})")
         self._knob = knob
         self._path: str = knob.info()["path"]
-        self._recording = KnobRecording(knob, logs_inputs=logs_inputs)
+        self._recording = KnobRecording(knob, logs_inputs=logs_inputs, time_waits=time_waits)
         self._awaits_arm = False  # a scene was played that nobody has armed
         self._told: Callable[[dict[str, Any]], object] | None = None
         _open_knobs.add(self)

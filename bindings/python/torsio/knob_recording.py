@@ -52,8 +52,9 @@ class _DeviceClock:
 class KnobRecording:
     """The file that an open knob's methods write to; nothing without a recording."""
 
-    def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool) -> None:
+    def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool, time_waits: bool) -> None:
         self._knob = knob
+        self._time_waits = time_waits
         self._logs_inputs = logs_inputs
         self._file: RecordingFile | None = None
         self._tap: _torsio.ReportTap | None = None
@@ -116,7 +117,7 @@ class KnobRecording:
         """
         kept: list[Record] = []
         try:
-            self._take(self._write, self._knob.read, max_samples, timeout_s, kept)
+            self._take_samples(self._knob.read, max_samples, timeout_s, kept)
             self._keep_rest(kept[0])
             return kept[0]
         except BaseException as error:
@@ -136,7 +137,7 @@ class KnobRecording:
         """
         self.drain()  # or what was not read would be in the way
         try:
-            self._take(self._write, self._knob.record, duration_s, rate_hz, must_stay_armed, kept)
+            self._take_samples(self._knob.record, duration_s, rate_hz, must_stay_armed, kept)
         except BaseException:
             if len(kept) == 1:
                 self._keep_early(kept[0])
@@ -154,6 +155,17 @@ class KnobRecording:
             call(*given)
         else:
             self._file.put(write, map(call, *zip(given)))
+
+    def _take_samples(self, call: Callable[..., Any], *given: Any) -> None:
+        """Take samples; the file gets them as soon as it has room, or else how many they are."""
+        if self._file is not None and self._file.is_open:
+            received: int = self._knob.statistics()["samples_received"]
+            if self._time_waits:
+                self._file.wait_for_room(received)
+            elif not self._file.has_room(received):
+                self._file.put(self._file.write_missed, map(len, map(call, *zip(given))))
+                return
+        self._take(self._write, call, *given)
 
     def _keep_early(self, samples: Record) -> None:
         """Write what a recording had that ended early. It can still be read, but not written."""

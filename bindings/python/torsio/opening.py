@@ -43,6 +43,10 @@ def open(
     checks.kind(
         "emulator", emulator, (EmulatorOptions, type(None)), "a torsio.EmulatorOptions or None"
     )
+    if isinstance(selector, Transport):
+        time_waits = selector.time_is_virtual
+    else:
+        time_waits = selector.startswith("emulated") and not (emulator and emulator.paced)
     return Knob(
         _torsio.open_knob(
             selector if isinstance(selector, Transport) else checks.text("selector", selector),
@@ -51,6 +55,7 @@ def open(
             ring_samples=checks.whole("ring_samples", ring_samples, 1, _MAX_RING_SAMPLES),
         ),
         logs_inputs=emulator is not None and emulator.log_inputs,
+        time_waits=time_waits,
     )
 
 

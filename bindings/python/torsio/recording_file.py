@@ -13,7 +13,7 @@ from dataclasses import asdict, fields, is_dataclass
 from itertools import repeat
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, BinaryIO, Final, TypeAlias
+from typing import Any, BinaryIO, Final, TypeAlias, cast
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 from torsio.told import Energies
+from torsio.whole_file import beside
 
 __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile", "missing"]
 
@@ -32,6 +33,8 @@ LoggedReport: TypeAlias = tuple[int, bool, bytes]
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
+# Of telemetry that waits for the disk.
+_MOST_WAITING_BYTES: Final = 64 * 1024 * 1024
 _exhaust: Final = deque[Any](maxlen=0).extend
 TOPICS: Final = (
     *("telemetry", "energies", "events", "device_events", "drop_outs", "reports", "inputs"),
@@ -92,13 +95,38 @@ def _plain(value: Any) -> Any:
     return value
 
 
+class _Stream:
+    """What MCAP's writer writes to: first a place beside the file, then the file itself."""
+
+    def __init__(self, place: Path) -> None:
+        self._file = place.open("wb")
+        self._size = 0  # which a pipe does not tell
+
+    def write(self, data: bytes) -> int:
+        self._size += len(data)
+        return self._file.write(data)
+
+    def tell(self) -> int:
+        return self._size
+
+    def flush(self) -> None:
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+    def go_on(self, path: Path) -> None:
+        self._file = path.open("ab")
+
+
 class RecordingFile:
     """A file that is being written; made by `torsio.Knob.record_to`.
 
     Use it in a ``with`` statement, or `close` it. A thread writes it as the program goes on, so
-    that nothing that ends a call of the program tears it. Samples that wait for a slow disk are in
-    memory, without a bound. The first write that fails ends it; the next call that has something
-    for it, or `close`, raises that `OSError`.
+    that nothing that ends a call of the program tears it. Up to 64 MiB of telemetry wait in memory
+    for a slow disk. Beyond that a call in virtual time waits for the disk; in real time the file
+    does not get the samples, and counts them as lost. The first write that fails ends it; the next
+    call that has something for it, or `close`, raises that `OSError`.
     """
 
     def __init__(
@@ -116,13 +144,14 @@ class RecordingFile:
         self.path: Final = Path(path)
         self.samples: int = 0
         """Written so far."""
+        self._received = 0  # by the knob, beyond what is written or waits
         self._on_close = on_close
         # The times of all messages are the device's, laid on the host's clock once.
         self._device_time_s = device_time_s
         self._host_minus_device_ns = time.time_ns() - round(1e9 * device_time_s())
         self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
         metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
-        self._file: BinaryIO | None = None
+        self._file: _Stream | None = None
         self._channels: dict[str, int] = {}
         self._newest_ns = 0  # of the telemetry
         self._lost = samples_lost
@@ -132,13 +161,20 @@ class RecordingFile:
         self._ended = threading.Lock()
         self._is_open = True
         self._thread = threading.Thread(target=self._work, name="torsio recording", daemon=True)
-        is_new = not self.path.exists()
         try:
-            self._file = self.path.open("wb")
-            self._writer = Writer(
-                self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD
-            )
-            self._begin(metadata)
+            with beside(self.path) as place:
+                self._file = _Stream(place)
+                self._writer = Writer(
+                    cast(BinaryIO, self._file),
+                    chunk_size=_CHUNK_BYTES,
+                    compression=CompressionType.ZSTD,
+                )
+                self._begin(metadata)
+                is_beside = place != self.path.resolve()
+                if is_beside:
+                    self._file.close()  # for Windows moves no file that is open
+            if is_beside:
+                self._file.go_on(self.path)
             self._ended.acquire()
             self._thread.start()
         except BaseException as error:
@@ -146,9 +182,6 @@ class RecordingFile:
             if self._file is not None:
                 with contextlib.suppress(OSError):
                     self._file.close()
-                if is_new:
-                    with contextlib.suppress(OSError):
-                        self.path.unlink()
             if isinstance(error, OSError):
                 raise self._named(error) from None
             raise
@@ -211,6 +244,18 @@ class RecordingFile:
         """
         _exhaust(map(self._waiting.put, zip(repeat(write), values)))
 
+    def has_room(self, samples_received: int) -> bool:
+        """Whether so many samples of the knob's may wait; the knob asks before it takes more."""
+        if self._waiting.empty():
+            self._received = samples_received - self.samples
+        waiting = samples_received - self._received - self.samples
+        return waiting * TELEMETRY_DTYPE.itemsize <= _MOST_WAITING_BYTES
+
+    def wait_for_room(self, samples_received: int) -> None:
+        """Wait until they may, or the file has ended."""
+        while self.is_open and not self.has_room(samples_received):
+            threading.Event().wait(_LOOK_S)
+
     def tell_failure(self) -> None:
         """Raise what has ended the file, once; the knob calls it."""
         failure, self._failure = self._failure, None
@@ -237,6 +282,11 @@ class RecordingFile:
             self._write("drop_outs", self._newest_ns, missing)
             self._lost = samples_lost
 
+    def write_missed(self, samples: int) -> None:
+        """Write that the program got samples and the file did not."""
+        if samples:
+            self._write("drop_outs", self._newest_ns, {"samples_lost": samples})
+
     def write_energies(self, energies: Energies) -> None:
         """Write what was asked after telemetry had come."""
         self._write("energies", round(1e9 * energies.time_s), asdict(energies))
@@ -260,9 +310,17 @@ class RecordingFile:
             self._write("inputs", round(self._period_ns * one["tick"]), row)
 
     def _work(self) -> None:
-        """Write what waits until the file is closed or cannot be written."""
+        try:
+            self._write_what_waits()
+        except BaseException as error:
+            self._failure = self._named(error) if isinstance(error, OSError) else error
+        finally:
+            self._is_open = False
+            self._ended.release()
+
+    def _write_what_waits(self) -> None:
+        """Write until the file is closed or cannot be written."""
         assert self._file is not None
-        file = self._file
         try:
             flush_at = time.monotonic() + _FLUSH_S
             while True:
@@ -277,16 +335,11 @@ class RecordingFile:
                     self._writer.flush()
                     flush_at = time.monotonic() + _FLUSH_S
             self._writer.finish()
-            file.close()
-        except OSError as error:
-            self._failure = self._named(error)
-        except BaseException as error:
-            self._failure = error
-        finally:
-            self._is_open = False
+            self._file.close()
+        except BaseException:
             with contextlib.suppress(OSError):  # of a disk that is full, which is told already
-                file.close()
-            self._ended.release()
+                self._file.close()
+            raise
 
     def _named(self, error: OSError) -> OSError:
         """Say which file it is; a write does not."""

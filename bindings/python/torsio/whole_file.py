@@ -46,9 +46,12 @@ def beside(path: str | Path) -> Iterator[Path]:
 
     If anything is raised, a full disk for example, the file is as it was before. The ending of the
     name stays, which tells some writers the format; so do owner and mode of the file. An error of
-    the place is an error of the file, by its own name.
+    the place is an error of the file, by its own name. A pipe or a device is given itself.
     """
     file = Path(path).resolve()
+    if file.exists() and not (file.is_file() or file.is_dir()):
+        yield file
+        return
     # A longer ending names no format, and may leave no room for the rest of the name.
     part = file.with_name(f".part-{os.getpid()}-{os.urandom(4).hex()}{file.suffix[:32]}")
     try:
