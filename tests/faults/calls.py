@@ -229,6 +229,27 @@ def interrupt_calibration(at: int | None, kind: type[BaseException]) -> tuple[st
         return "" if before == after else "the configuration is another one", injection
 
 
+def interrupt_thread(at: int, kind: type[BaseException]) -> tuple[str, Injection]:
+    """End the thread of a recording's file at a line; that is told, and what it had is there."""
+    injection = Injection(at, kind, in_thread=True)
+    made = device(paced=False)
+    told: BaseException | None = None
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "x.mcap"
+        try:
+            with injection.active(), torsio.open(made) as knob, knob.record_to(file):
+                knob.arm()
+                knob.sleep(0.05)
+        except BaseException as error:
+            told = error
+        loaded = torsio.load(file)
+    if made.is_armed or not made.is_closed:
+        return "armed", injection
+    if injection.where is not None and not loaded.whole and not isinstance(told, kind):
+        return f"told by {told!r}", injection
+    return "samples lost, unmarked" if _holes(loaded.telemetry["tick"]) else "", injection
+
+
 def interrupt_update(at: int, kind: type[BaseException]) -> tuple[str, Injection]:
     """End a firmware update at a line; the drive has the file whole, or was told why not."""
     injection = Injection(at, kind)

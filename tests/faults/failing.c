@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/types.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -18,26 +19,34 @@
 static char under[PATH_MAX];  // empty: nothing is counted
 static atomic_long calls = 0;
 static long at = -1;  // which one fails
-static int with = 0;  // its errno
+static int with = 0;  // its errno; 0: a write that takes half
+static bool has_failed = false;
+static _Thread_local bool takes_half = false;
 
 // From now on the n-th call that touches a file under the folder fails; none for n < 0.
 void fail_files(const char *folder, long n, int error) {
   snprintf(under, sizeof under, "%s", folder);
   calls = 0;
+  has_failed = false;
   with = error;
   at = n;
 }
 
 long file_calls(void) { return calls; }
+bool file_failed(void) { return has_failed; }
 
 static bool fails(const char *path) {
+  takes_half = false;
   if (under[0] == '\0' || path == NULL || strncmp(path, under, strlen(under)) != 0) return false;
   if (atomic_fetch_add(&calls, 1) != at) return false;
+  has_failed = with != 0;
+  takes_half = !has_failed;
   errno = with;
-  return true;
+  return has_failed;
 }
 
 static bool fails_fd(int fd) {
+  takes_half = false;
   if (under[0] == '\0') return false;
   char link[64], path[PATH_MAX];
   snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
@@ -70,13 +79,22 @@ FOPEN(fopen)
 FOPEN(fopen64)
 
 ssize_t write(int fd, const void *data, size_t size) {
-  return fails_fd(fd) ? -1 : NEXT(write)(fd, data, size);
+  if (fails_fd(fd)) return -1;
+  has_failed |= takes_half;
+  return NEXT(write)(fd, data, takes_half ? (size + 1) / 2 : size);
 }
 ssize_t writev(int fd, const struct iovec *data, int count) {
   return fails_fd(fd) ? -1 : NEXT(writev)(fd, data, count);
 }
 ssize_t read(int fd, void *data, size_t size) {
   return fails_fd(fd) ? -1 : NEXT(read)(fd, data, size);
+}
+int close(int fd) {
+  struct stat what;  // a folder's is nobody's
+  if (fstat(fd, &what) != 0 || !S_ISREG(what.st_mode) || !fails_fd(fd)) return NEXT(close)(fd);
+  NEXT(close)(fd);
+  errno = with;
+  return -1;
 }
 int fsync(int fd) { return fails_fd(fd) ? -1 : NEXT(fsync)(fd); }
 int ftruncate64(int fd, off64_t size) { return fails_fd(fd) ? -1 : NEXT(ftruncate64)(fd, size); }

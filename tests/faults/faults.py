@@ -1,12 +1,13 @@
 """Let each thing fail once, and look whether the torque goes off and what is kept.
 
-``./dev faults`` runs all parts, ``./dev faults calls files`` some. With ``--every N`` each N-th
-place fails instead of each. At the end a table says how many there were, by call and kind, and how
-many left something wrong.
+``./dev faults`` runs all parts, ``./dev faults close files`` one call and a part. With
+``--every N`` each N-th place fails instead of each. At the end a table says how many there were, by
+call and kind, and how many left something wrong.
 
 calls         an exception at each line that runs in a call of a knob, in virtual and in paced time
 calibration   the same in a calibration, whose configuration must be put back
 update        the same in a firmware update
+thread        the same in the thread that writes a recording's file
 transport     each write and each read of a transport fails, is cut short, or gives nonsense
 files         each operation on a file fails: recordings, configurations, reports, results, stores
 allocations   each allocation of the example program in C fails
@@ -17,17 +18,18 @@ from __future__ import annotations
 import argparse
 import faulthandler
 import gc
+import itertools
 import json
 import os
 import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from tests.faults import cables, calls, files
-from tests.faults.lines import RAISED
+from tests.faults.lines import RAISED, Injection
 
 TREE = Path(__file__).parents[2]
 # So long nothing of it takes: it hangs. All files are one step.
@@ -37,9 +39,9 @@ Outcome = tuple[str, str, str, str]
 """Call, kind, what is wrong or "", and where."""
 
 
-def of_calls(every: int) -> Iterator[Outcome]:
+def of_calls(every: int, names: Iterable[str] = tuple(calls.CALLS)) -> Iterator[Outcome]:
     """Raise at each line of each call."""
-    for call in calls.CALLS:
+    for call in names:
         for paced in (False, True):
             for recorded in (False, True):
                 lines = calls.lines_of(call, paced=paced, recorded=recorded)
@@ -66,14 +68,26 @@ def of_calibration(every: int) -> Iterator[Outcome]:
 
 def of_update(every: int) -> Iterator[Outcome]:
     """Raise at each line of a firmware update."""
-    for kind in RAISED:
-        at = 0
-        while True:
-            wrong, injection = calls.interrupt_update(at, kind)
+    return _each_line("update_firmware", calls.interrupt_update, RAISED, every)
+
+
+def of_thread(every: int) -> Iterator[Outcome]:
+    """Raise at each line of the thread that writes a recording's file."""
+    return _each_line("recording's thread", calls.interrupt_thread, RAISED[1:], every)
+
+
+def _each_line(
+    what: str,
+    trial: Callable[[int, type[BaseException]], tuple[str, Injection]],
+    kinds: Iterable[type[BaseException]],
+    every: int,
+) -> Iterator[Outcome]:
+    for kind in kinds:
+        for at in itertools.count(0, every):
+            wrong, injection = trial(at, kind)
             if injection.where is None:
                 break
-            yield "update_firmware", kind.__name__, wrong, injection.where
-            at += every
+            yield what, kind.__name__, wrong, injection.where
 
 
 def _library(folder: Path) -> Path:
@@ -147,6 +161,7 @@ PARTS: dict[str, Callable[[int], Iterator[Outcome]]] = {
     "calls": of_calls,
     "calibration": of_calibration,
     "update": of_update,
+    "thread": of_thread,
     "transport": cables.trials,
     "files": of_files,
     "allocations": of_allocations,
@@ -158,7 +173,8 @@ def run(part: str, every: int) -> tuple[Counter[tuple[str, str]], list[Outcome]]
     counts: Counter[tuple[str, str]] = Counter()
     failed: list[Outcome] = []
     faulthandler.dump_traceback_later(HANGS_S, exit=True)
-    for outcome in PARTS[part](every):
+    outcomes = PARTS[part](every) if part in PARTS else of_calls(every, [part])
+    for outcome in outcomes:
         faulthandler.dump_traceback_later(HANGS_S, exit=True)
         counts[outcome[:2]] += 1
         if counts.total() % 100 == 0:
@@ -187,7 +203,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="./dev faults", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("parts", metavar="PART", nargs="*", choices=[*PARTS, []])
+    parser.add_argument("parts", metavar="PART", nargs="*", choices=[*PARTS, *calls.CALLS, []])
     parser.add_argument("--every", metavar="N", type=int, default=1)
     options = parser.parse_args()
     counts: Counter[tuple[str, str]] = Counter()

@@ -28,7 +28,12 @@ from torsio_studies import common
 from torsio_studies.design.store import Store
 
 OLD = "of yesterday"
-ERRORS = {"no space": errno.ENOSPC, "I/O error": errno.EIO, "permission": errno.EACCES}
+ERRORS = {
+    "no space": errno.ENOSPC,
+    "I/O error": errno.EIO,
+    "permission": errno.EACCES,
+    "half written": 0,
+}
 
 
 class Failing:
@@ -38,14 +43,15 @@ class Failing:
         self._library = ctypes.CDLL(None)
         self._library.fail_files.argtypes = [ctypes.c_char_p, ctypes.c_long, ctypes.c_int]
         self._library.file_calls.restype = ctypes.c_long
+        self._library.file_failed.restype = ctypes.c_bool
 
     def arm(self, folder: Path, at: int, error: int) -> None:
         """Let the call with this number fail that touches a file under the folder."""
         self._library.fail_files(str(folder).encode(), at, error)
 
-    def disarm(self) -> int:
-        """Give how many there were."""
-        count = int(self._library.file_calls())
+    def disarm(self, at: int) -> int:
+        """Give how many there were, but none if one had to fail and could not."""
+        count = int(self._library.file_calls()) if self._library.file_failed() or at < 0 else 0
         self._library.fail_files(b"", -1, 0)
         return count
 
@@ -89,19 +95,21 @@ def recording(folder: Path) -> tuple[Callable[[], Any], Wrong]:
             knob.arm()
             knob.sleep(0.2)
 
+    def is_whole_unless_told() -> bool:
+        return torsio.load(file).whole or bool(raised_last)
+
+    raised_last: list[BaseException] = []
+    act_and, wrong_file = _old_or_new(file, act, is_whole_unless_told)
+
     def wrong(raised: BaseException | None) -> str:
         if knob.is_open:
             knob.close()  # a program without it would not have entered the "with" either
         if device.is_armed or not device.is_closed:
             return "armed"
-        if not file.exists():
-            return "" if raised else "no file, and nobody told"
-        loaded = torsio.load(file)
-        if raised is None and not loaded.whole:
-            return "torn, and nobody told"
-        return _sentence(raised)
+        raised_last[:] = [raised] if raised else []
+        return wrong_file(raised)
 
-    return act, wrong
+    return act_and, wrong
 
 
 def configuration(folder: Path) -> tuple[Callable[[], Any], Wrong]:
@@ -223,7 +231,7 @@ def trial(failing: Failing, name: str, at: int, error: int) -> tuple[str, int]:
         except BaseException as caught:
             raised = caught
         finally:
-            count = failing.disarm()
+            count = failing.disarm(at)
             tempfile.tempdir = None
         try:
             return wrong(raised), count
@@ -238,8 +246,9 @@ def main(every: int, names: list[str]) -> None:
         _, count = trial(failing, name, -1, 0)
         for kind, error in ERRORS.items():
             for at in range(0, count, every):
-                said, _ = trial(failing, name, at, error)
-                print(json.dumps([name, kind, said, f"operation {at}"]), flush=True)
+                said, done = trial(failing, name, at, error)
+                if done:  # a call that is no write is not half done
+                    print(json.dumps([name, kind, said, f"operation {at}"]), flush=True)
 
 
 if __name__ == "__main__":

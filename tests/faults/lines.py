@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dis
 import linecache
 import sys
 import threading
@@ -18,7 +19,9 @@ import torsio
 RAISED: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, OSError)
 # Where it is raised: in what the library is made of, and in what it calls to write recordings.
 _FOLDERS = tuple(str(Path(package.__file__ or "").parent) for package in (torsio, mcap))
-_IGNORED = ("with ", "async with ")
+# What the interpreter does first where a "with" ends, before what it ends has been called: no
+# signal is looked at there.
+_ENDS = ("LOAD_CONST", "PUSH_EXC_INFO", "WITH_EXCEPT_START")
 
 
 class Injection:
@@ -32,32 +35,38 @@ class Injection:
         The line at which something was raised: file and number; None if it never ran.
     """
 
-    def __init__(self, at: int | None, kind: type[BaseException]) -> None:
+    def __init__(
+        self, at: int | None, kind: type[BaseException], *, in_thread: bool = False
+    ) -> None:
         self.lines = 0
         self.where: str | None = None
         self._at, self.kind = at, kind
         self._main = threading.get_ident()
+        self._in_thread = in_thread  # of the recording's file, not in the caller's
 
     @contextmanager
     def active(self) -> Iterator[None]:
         """Watch what runs in this block."""
         before = sys.gettrace()
-        sys.settrace(self._enter)
+        (threading if self._in_thread else sys).settrace(self._enter)
         try:
             yield
         finally:
             sys.settrace(before)
+            threading.settrace(None)
 
     def _enter(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
         is_ours = frame.f_code.co_filename.startswith(_FOLDERS)
-        if event != "call" or not is_ours or threading.get_ident() != self._main:
+        is_main = threading.get_ident() == self._main
+        if event != "call" or not is_ours or is_main == self._in_thread:
             return None
         return self._line
 
     def _line(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any]:
-        # No signal is looked at where a "with" ends, before what it ends has been called.
         text = linecache.getline(frame.f_code.co_filename, frame.f_lineno).lstrip()
-        if event == "line" and not text.startswith(_IGNORED):
+        begins = dis.opname[frame.f_code.co_code[frame.f_lasti]]
+        does_nothing = text.rstrip() == "try:" or (text.startswith("with ") and begins in _ENDS)
+        if event == "line" and not does_nothing:
             if self.lines == self._at and self.where is None:
                 name = Path(frame.f_code.co_filename).name
                 self.where = f"{name}:{frame.f_lineno} {text.rstrip()}"
