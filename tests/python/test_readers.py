@@ -1,0 +1,225 @@
+"""Whatever lies where a file is read: it is read, or told in a sentence, and nothing is changed."""
+
+from __future__ import annotations
+
+import json
+import random
+import socket
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import torsio
+from tests.python.test_firmware import image
+from torsio import whole_file
+from torsio.calibration import keeping
+from torsio.commands import settings
+from torsio.errors import Error
+from torsio_studies import common
+from torsio_studies.design.store import Store
+
+SERVER = Path(torsio.__file__).parent / "bin/torsio_virtual_knob"
+
+
+@dataclass(frozen=True)
+class Batch:
+    group: str = "x"
+    index: int = 0
+    designs: tuple[int, ...] = (1, 2)
+
+
+@dataclass
+class Reader:
+    """One that reads a file.
+
+    Attributes
+    ----------
+    valid
+        What it reads.
+    read
+        Reads it; gives something to compare, or raises.
+    is_sealed
+        A sum over the bytes tells that one was changed.
+    takes
+        What it may read too.
+    """
+
+    path: Path
+    valid: bytes
+    read: Callable[[], Any]
+    is_sealed: bool = False
+    takes: tuple[str, ...] = ()
+
+
+Make = Callable[[Path, pytest.MonkeyPatch], Reader]
+
+
+def configuration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
+    knob, path = torsio.open("emulated"), folder / "knob.json"
+
+    @contextmanager
+    def opened(*_: object) -> Iterator[torsio.Knob]:
+        yield knob
+
+    def read() -> None:
+        before = torsio.dump_config(knob)
+        try:
+            settings.config_load_command(path)
+        except BaseException:
+            assert torsio.dump_config(knob) == before
+            raise
+        torsio.load_config(knob, before)
+
+    monkeypatch.setattr(settings, "opened", opened)
+    return Reader(path, torsio.dump_config(knob).encode(), read, takes=("utf-16", "utf-32"))
+
+
+def results(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "x.json"
+    common.save({"study": "x", "schema": common.SCHEMA, "rows": [1.0, 2.5]}, path)
+    return Reader(path, path.read_bytes(), lambda: common.load(path, "x"))
+
+
+def calibration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
+    path = folder / "KNOB.json"
+    monkeypatch.setattr(keeping, "place_of", lambda _: path)
+    valid = json.dumps({"quantities": {"inertia": 1e-5}, "conditions": {"serial": "KNOB"}})
+    takes = ("nowhere", "nothing")  # nobody has calibrated it
+    return Reader(path, valid.encode(), lambda: keeping.kept("KNOB"), takes=takes)
+
+
+def store(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    kept, batch = Store(folder, {}), Batch()
+    kept.write(batch, [{"a": 1.0}, {"a": 2.0}])
+
+    def read() -> str:
+        return f"{len(kept.intact([batch]))} {kept.read([batch])}"
+
+    return Reader(kept.path(batch), kept.path(batch).read_bytes(), read, is_sealed=True)
+
+
+def recording(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "x.mcap"
+    with torsio.open("emulated") as knob, knob.record_to(path):
+        knob.sleep(0.02)
+
+    def read() -> bool:
+        if not torsio.load(path).whole:
+            raise Error(f"{path} is torn")  # as the commands tell it
+        return True
+
+    return Reader(path, path.read_bytes(), read, takes=("latin-1",))
+
+
+def firmware(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "x.uf2"
+    return Reader(path, image(), lambda: torsio.read_firmware(path), is_sealed=True)
+
+
+def hand(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "hand.txt"
+
+    def read() -> None:
+        # One that is right meets a place where nobody can listen.
+        command: list[str | Path] = [SERVER, "--hand", f"scripted:{path}", "--address", "192.0.2.1"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
+        assert done.returncode in (1, 2), done
+        if "192.0.2.1" not in done.stderr:
+            raise Error(done.stderr)
+
+    return Reader(
+        path, b"torque_nm\n0.0 0.0\n0.5 0.05  # push\n0.5 0.0\n", read, takes=("cut off", "latin-1")
+    )
+
+
+READERS: dict[str, Make] = {
+    made.__name__: made
+    for made in (configuration, results, calibration, store, recording, firmware, hand)
+}
+
+
+def contents(valid: bytes) -> Iterator[tuple[str, bytes]]:
+    """Yield what may lie there instead, the same each time."""
+    chance = random.Random(33)
+    for _ in range(12):
+        bit = chance.randrange(8 * len(valid))
+        flipped = bytearray(valid)
+        flipped[bit // 8] ^= 1 << bit % 8
+        yield f"bit {bit} flipped", bytes(flipped)
+    for _ in range(4):
+        size = chance.randrange(len(valid))
+        yield f"cut off at {size}", valid[:size]
+    text = valid.decode(errors="replace")
+    for encoding in ("utf-8-sig", "utf-16", "utf-32"):
+        yield encoding, text.encode(encoding)
+    yield "latin-1", valid + "ä".encode("latin-1")
+    yield "zeros", bytes(5000)
+    yield "anything", chance.randbytes(5000)
+    for bomb in ("[" * 200_000, '{"a":' * 100_000, "1" * 200_000, "1e999999999", "-", "NaN"):
+        yield f"{bomb[:20]}... {len(bomb)} long", bomb.encode()
+
+
+def places(path: Path) -> Iterator[str]:
+    """Put what is no file where one should be."""
+    yield "nothing"
+    for target in ("/dev/zero", "/dev/null", str(path.with_name("nowhere"))):
+        path.symlink_to(target)
+        yield target
+        path.unlink()
+    path.mkdir()
+    yield "a folder"
+    path.rmdir()
+    with socket.socket(socket.AF_UNIX) as one:
+        one.bind(str(path))
+        yield "a socket"
+    path.unlink()
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_bad_file_is_told_in_a_sentence_and_changes_nothing(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(whole_file, "_MOST_BYTES", 1 << 20)
+    reader = READERS[name](tmp_path, monkeypatch)
+    reader.path.write_bytes(reader.valid)
+    good = reader.read()
+
+    def told(what: str) -> str:
+        """Read what is there; give the sentence, or nothing if it was taken."""
+        try:
+            read = reader.read()
+        except (Error, common.StudyError, OSError) as error:
+            said = f"{what}: {error}"
+            assert reader.path.name in said, said
+            assert len(said) < 500, said
+            assert "\0" not in said
+            assert "Traceback" not in said
+            return said
+        assert not reader.is_sealed or read == good, what
+        return ""
+
+    takes = ("flipped", "utf-8-sig", *reader.takes)
+    for what, content in contents(reader.valid):
+        reader.path.write_bytes(content)
+        assert told(what) or any(word in what for word in takes), what
+        assert reader.path.read_bytes() == content
+    reader.path.unlink()
+    for what in places(reader.path):
+        assert told(what) or any(word in what for word in takes), what
+
+
+def test_file_that_is_just_small_enough_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(whole_file, "_MOST_BYTES", 1 << 20)
+    file = tmp_path / "x"
+    file.write_bytes(bytes(1 << 20))
+    assert len(whole_file.content(file)) == 1 << 20
+    file.write_bytes(bytes((1 << 20) + 1))
+    with pytest.raises(OSError, match="more than 1 MiB"):
+        whole_file.content(file)
