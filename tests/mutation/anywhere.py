@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import random
 import re
 from collections.abc import Iterator
@@ -54,6 +55,11 @@ _STATEMENT = {
 }
 
 
+# Of C++ that only the compiler computes, and what may stand before a statement.
+_COMPILED = re.compile(r"\b(?:constexpr|consteval|static_assert|enum|template|requires|using)\b")
+_BEFORE_STATEMENT = re.compile(r"(?:[;{})]|\belse)\s*\Z")
+
+
 @dataclass(frozen=True)
 class Change:
     """One line of the product that says something else."""
@@ -102,6 +108,62 @@ def changes_of(line: str, code: str, suffix: str) -> Iterator[str]:
     statement = _STATEMENT[kind].match(code.rstrip())
     if statement and _is_balanced(code):
         yield line[: statement.start(1)] + ("pass" if kind else ";")
+
+
+def _end_of_expression(code: str, at: int, step: int) -> int:
+    """Go from a place in C++ to where its expression begins (step -1) or ends (1)."""
+    opening, closing = ("([{", ")]}") if step > 0 else (")]}", "([{")
+    depth = 0
+    while 0 <= at < len(code):
+        here, around = code[at], code[max(at - 1, 0) : at + 2]
+        ends = here in closing or (here in ",;?:" and "::" not in around)
+        if step < 0:
+            ends |= here == "}" and code[at + 1 : at + 2].isspace()  # of a block
+            ends |= here == "=" and "==" not in around and around[0] not in "<>!"
+            ends |= re.search(r"\breturn\s\Z", code[max(at - 7, 0) : at + 1]) is not None
+        if ends and depth == 0:
+            break
+        depth += (here in opening) - (here in closing)
+        at += step
+    return at
+
+
+def _shared(one: str, other: str) -> int:
+    """Return how many letters two texts begin with alike."""
+    pairs = zip(one, other, strict=False)
+    return sum(1 for _ in itertools.takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+
+def choice_of(change: Change, text: str) -> tuple[int, int, str] | None:
+    """Return which piece of a C++ source may be a choice at run time, and what it becomes.
+
+    None if only the compiler computes it, or if it is no expression and no statement.
+    """
+    before, after = change.before, change.after
+    lines = text.split("\n")
+    begin = sum(len(line) + 1 for line in lines[: change.number - 1])
+    code = masked(text, ".cpp")
+    start = max(code.rfind(mark, 0, begin + len(before) - len(before.lstrip())) for mark in ";{}")
+    if _COMPILED.search(code[start + 1 : begin + len(before)]) or before.lstrip()[:5] == "case ":
+        return None
+    line = code[begin : begin + len(before)].rstrip()
+    if _STATEMENT[""].match(line):
+        first = begin + len(line) - len(line.lstrip())
+        is_one = _BEFORE_STATEMENT.search(code[:first]) and _is_balanced(line)
+        new = after[: len(masked(after, ".cpp").rstrip())].strip()
+        return (first, begin + len(line), new) if is_one else None
+    shared = _shared(before, after)
+    behind = _shared(before[shared:][::-1], after[shared:][::-1])
+    left = _end_of_expression(code, begin + shared - 1, -1) + 1
+    right = _end_of_expression(code, begin + len(before) - behind, 1)
+    piece = text[left:right].lstrip()
+    left, piece = right - len(piece), piece.rstrip()
+    right = left + len(piece)
+    if left > begin + shared or "//" in piece or not _is_balanced(code[left:right]):
+        return None
+    old_end = begin + len(before) - behind
+    changed = after[shared : len(after) - behind]
+    return left, right, text[left : begin + shared] + changed + text[old_end:right]
 
 
 def product_lines(tree: Path) -> list[tuple[str, int]]:

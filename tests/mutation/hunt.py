@@ -1,47 +1,47 @@
 """Random mutants of any product line, and whether a test notices: ``./dev mutate --random N``.
 
-A copy of the tree in ``build/mutants/tree`` gets one change at a time. What depends on it is built
-there. Then the tests run that could notice, the fastest first: the C++ programs that were linked
-anew, and the files of Python tests that name most of what is changed. ``results.jsonl`` keeps what
-became of each, so that a run that was ended goes on; ``explained.txt`` says why some may live.
+Those of C++ are choices at run time, compiled once: into a program with all C++ tests, and into a
+Python module. Each test says once what it reaches. A mutant is tried with the tests that reach it,
+until one fails; such a test must pass without the mutant. Lines of Python and TypeScript change in
+a copy of the tree. ``results.jsonl`` keeps what became of each, so that a run that was ended goes
+on; ``explained.txt`` says why some may live.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
 import time
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from collections import Counter, defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from tests.mutation.anywhere import TREE, Change, drawn
-from tests.mutation.lists import HERE, put
-from tools.dev.building import use_compiler_cache
+from tests.mutation import mutate, reach
+from tests.mutation.anywhere import TREE, Change, choice_of, drawn
+from tests.mutation.lists import HERE, Mutant, put, with_choices
 
 ROOM = TREE / "build/mutants"
-COPY = ROOM / "tree"
+COPY = ROOM / "copy"
 RESULTS = ROOM / "results.jsonl"
-HEALTH = ROOM / "health.json"
-WHOLE = ROOM / "whole"
+TESTS = ROOM / "tests.json"
+TOLD = ROOM / "told.jsonl"
+LEFT_OUT = ROOM / "left_out.json"  # the keys of what does not compile
+LOG = TREE / "build/logs/mutants.log"
 EXPLAINED = HERE / "explained.txt"
 PACKAGE = "bindings/python/torsio"
-LONGEST_BUILD_S = 1500.0
-LONGEST_TESTS_S = 400.0
-MOST_FILES = 5
-LATE = "ran out of time"
-# What reaches most of the C++ from Python in seconds.
-BROAD = tuple(
-    f"tests/python/test_{name}.py"
-    for name in ("knob", "core", "replay", "closed_loop", "protocol", "game")
-)
-OF_PAGE = ("tests/studio/test_wasm.py", "tests/studio/test_page.py")
+PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", reach.__name__)
+# Of processor time that a mutant's tests take together, those of the page more.
+MOST_S, MOST_OF_PAGE_S = 40.0, 150.0
+ROUNDS = 8  # until all choices compile
 
 
 def copy_tree() -> None:
@@ -64,205 +64,251 @@ def copy_tree() -> None:
             target = COPY / PACKAGE / path.relative_to(installed)
             target.parent.mkdir(exist_ok=True)
             shutil.copy2(path, target)
-    for name in ("studio/node_modules", "build/studio/page"):
-        if (TREE / name).is_dir():
-            shutil.copytree(TREE / name, COPY / name, symlinks=True, dirs_exist_ok=True)
+    for name in ("studio/node_modules", "build/studio/page", "build/studio/modules"):
+        if (TREE / name).is_dir() and not (COPY / name).exists():
+            shutil.copytree(TREE / name, COPY / name, symlinks=True)
 
 
-def run(command: Sequence[str | Path], limit_s: float) -> tuple[bool, str]:
-    """Run a command in the copy; give whether it succeeded in time, and what it said."""
-    paths = {"PYTHONPATH": str(COPY / "bindings/python"), "PYTHONDONTWRITEBYTECODE": "1"}
-    with subprocess.Popen(
-        [str(word) for word in command],
-        cwd=COPY,
-        env={**os.environ, **paths},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-    ) as process:
+def is_cpp(change: Change) -> bool:
+    """Whether a change may be a choice at run time."""
+    return change.file.endswith(("pp",))
+
+
+# --- choices ------------------------------------------------------------------------------------
+
+
+def with_all(changes: Sequence[Change], left_out: set[int]) -> tuple[dict[str, str], set[int]]:
+    """Return the sources in which changes are choices, numbered from 1, and which these are."""
+    cuts: dict[str, dict[tuple[int, int], list[tuple[int, str]]]] = defaultdict(dict)
+    texts: dict[str, str] = {}
+    inside: set[int] = set()
+    for number, change in enumerate(changes, 1):
+        if not is_cpp(change) or number in left_out:
+            continue
+        text = texts.setdefault(change.file, (TREE / change.file).read_text(encoding="utf-8"))
+        if (piece := choice_of(change, text)) is None:
+            continue
+        begin, end, new = piece
+        there = cuts[change.file]
+        if any((b, e) != (begin, end) and begin < e and b < end for b, e in there):
+            continue  # overlaps another
+        there.setdefault((begin, end), []).append((number, new))
+        inside.add(number)
+    return {name: with_choices(texts[name], of_file) for name, of_file in cuts.items()}, inside
+
+
+def to_blame(log: str, mutated: dict[str, str]) -> set[int]:
+    """Return the choices that do not compile, going by what the compiler says."""
+    blamed: set[int] = set()
+    for block in re.split(r"^(?=FAILED|\[\d+/)", log, flags=re.MULTILINE):
+        if " error: " not in block:
+            continue
+        for name, line in re.findall(r"^\S*?/tree/([^:\s]+):(\d+):", block, re.MULTILINE):
+            before = mutated.get(name, "").splitlines()[: int(line)]
+            for text in reversed(before[-8:]):
+                if numbers := re.findall(r"torsio_mutant_is\((\d+)\)", text):
+                    blamed |= {int(number) for number in numbers}
+                    break
+    return blamed
+
+
+def build(changes: Sequence[Change], tinyusb: str) -> tuple[Path, set[int]]:
+    """Compile all choices, but for those that do not compile; return where, and which are in."""
+    keys = set(json.loads(LEFT_OUT.read_text(encoding="utf-8")) if LEFT_OUT.exists() else [])
+    left_out = {number for number, change in enumerate(changes, 1) if change.key in keys}
+    options = (
+        *(f"-DTORSIO_TINYUSB_PATH={tinyusb}", "-DTORSIO_MUTATE_ALL=ON"),
+        f"-DPython_EXECUTABLE={sys.executable}",
+    )
+    for _ in range(ROUNDS):
+        mutated, inside = with_all(changes, left_out)
         try:
-            said, _ = process.communicate(timeout=limit_s)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, 9)
-            return False, LATE
-    return process.returncode == 0, said
+            count = len(changes)
+            folder = mutate.build(ROOM, mutated, count, LOG, *options, target="torsio_random")
+        except subprocess.CalledProcessError:
+            blamed = to_blame(LOG.read_text(encoding="utf-8"), mutated)
+            print(f"{len(blamed)} changes do not compile", flush=True)
+            if not blamed:
+                break
+            left_out |= blamed
+            keys |= {changes[number - 1].key for number in blamed}
+            LEFT_OUT.write_text(json.dumps(sorted(keys)), encoding="utf-8")
+        else:
+            return folder, inside
+    sys.exit(f"mutate: does not compile; see {LOG.relative_to(TREE)}")
 
 
-@dataclass
-class Health:
-    """What is known of tests without a mutant: how long they take, and which fail anyway."""
-
-    takes_s: dict[str, float] = field(default_factory=dict)
-    sick: list[str] = field(default_factory=list)
-
-    def try_one(self, name: str, command: Sequence[str | Path], pattern: str) -> str:
-        """Run a test program or file; give the case that failed, or what was said, or nothing."""
-        begin_s = time.monotonic()
-        is_good, said = run(command, LONGEST_TESTS_S)
-        if is_good or "no tests ran" in said:
-            self.takes_s[name] = time.monotonic() - begin_s
-            HEALTH.write_text(json.dumps(asdict(self)), encoding="utf-8")
-            return ""
-        case = re.search(pattern, said, re.MULTILINE)
-        return case[1] if case else f"{name}: {said[-80:]}"
-
-    def in_order(self, names: Sequence[str]) -> list[str]:
-        """Give tests in the order of their time; those that nobody has timed take a while."""
-        return sorted(dict.fromkeys(names), key=lambda name: self.takes_s.get(name, 20.0))
+# --- Python tests -------------------------------------------------------------------------------
 
 
-LAYERS = ("core", "protocol", "device", "emulator", "usbip", "sdk")
-TARGETS = {"asan-ubsan": [f"torsio_{layer}_tests" for layer in LAYERS], "release": ["_torsio"]}
-PRODUCTS = {"asan-ubsan": "tests/cpp/torsio_*_tests", "release": "bindings/_torsio*.so"}
-PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--no-header")
+@dataclass(frozen=True)
+class Tried:
+    """What one test said, as reach.py writes it."""
+
+    test: str
+    failed: bool
+    takes_s: float
+    reached: tuple[int, ...]
+    files: tuple[str, ...]
 
 
-class Builds:
-    """The C++ of the copy: its test programs and, for what these do not notice, Python's module.
+def run(
+    command: Sequence[str | Path], *, most_s: float, number: int = 0, wanted: str = "{}"
+) -> tuple[bool, list[Tried]]:
+    """Run a command in the copy, with a choice; give whether all was well, and what tests said.
 
-    Both are presets, in the folders that they have in the tree: a compiler's cache knows them.
+    It may take so much of the processor's time, and much longer in all.
     """
-
-    def __init__(self, tinyusb: str) -> None:
-        use_compiler_cache()
-        self._settings = {
-            "asan-ubsan": [f"-DTORSIO_TINYUSB_PATH={tinyusb}", "-DTORSIO_WERROR=OFF"],
-            "release": [f"-DPython_EXECUTABLE={sys.executable}", "-DTORSIO_BUILD_BINDINGS=ON"],
-        }
-        self._whole: dict[Path, Path] = {}
-
-    def configure(self) -> None:
-        """Have what there is without a mutant; takes minutes, the first time."""
-        if self._whole:
-            return
-        for preset, settings in self._settings.items():
-            is_good, said = run(["cmake", "--preset", preset, *settings], 600.0)
-            if not is_good or not self.build(preset, 4 * LONGEST_BUILD_S):
-                sys.exit(f"mutate: the copy does not build without a mutant:\n{said[-3000:]}")
-            for path in (COPY / "build" / preset).glob(PRODUCTS[preset]):
-                self._whole[path] = WHOLE / path.name
-                WHOLE.mkdir(exist_ok=True)
-                shutil.copy2(path, WHOLE / path.name)
-
-    @staticmethod
-    def build(preset: str, limit_s: float = LONGEST_BUILD_S) -> bool:
-        """Compile what has changed."""
-        command = ["cmake", "--build", f"build/{preset}", "--target", *TARGETS[preset]]
-        return run(command, limit_s)[0]
-
-    def changed(self, preset: str) -> dict[Path, Path]:
-        """Give what was linked and is not what it was without a mutant, with that."""
-        there = {p: whole for p, whole in self._whole.items() if preset in p.parts}
-        return {p: whole for p, whole in there.items() if p.read_bytes() != whole.read_bytes()}
-
-
-def words_of(change: Change) -> set[str]:
-    """Give names that a test of the changed line may have: of its file, and what that is for."""
-    text = (COPY / change.file).read_text(encoding="utf-8")
-    above = text.splitlines()[: change.number]
-    pattern = re.compile(r"^\s*(?:async )?(?:def|class|function|export function) (\w+)")
-    defined = [found[1] for line in above if (found := pattern.match(line))]
-    public = re.search(r"^__all__ = \[([^\]]*)\]", text, re.MULTILINE)
-    names = {Path(change.file).stem, Path(change.file).parent.name, *defined[-1:]}
-    names |= set(re.findall(r"\w+", public[1])) if public else set()
-    return {name.strip("_") for name in names} - {"torsio", "src", "core", "init", "main"}
-
-
-def files_for(change: Change, folders: Sequence[str]) -> list[str]:
-    """Give the files of Python tests that name most of what is changed."""
-    words = words_of(change)
-    scored = []
-    for path in sorted(path for folder in folders for path in COPY.glob(f"{folder}/test_*.py")):
-        text = path.read_text(encoding="utf-8")
-        score = sum(min(5, len(re.findall(rf"\b\w*{re.escape(w)}\w*\b", text))) for w in words)
-        score += 20 * sum(word in path.stem for word in words)
-        if score:
-            scored.append((-score, str(path.relative_to(COPY))))
-    return [file for _, file in sorted(scored)[:MOST_FILES]]
+    TOLD.unlink(missing_ok=True)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(COPY / "bindings/python"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "TORSIO_MUTANT": str(number),
+        reach.TOLD: str(TOLD),
+        reach.WANTED: wanted,
+    }
+    seconds = round(most_s)
+    with LOG.with_name("mutants-tests.log").open("w") as log:
+        process = subprocess.Popen(
+            [str(word) for word in command],
+            cwd=COPY,
+            env=environment,
+            stdout=log,
+            stderr=log,
+            start_new_session=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds)),
+        )
+        try:
+            is_good = process.wait(20.0 * most_s) == 0
+        except subprocess.TimeoutExpired:
+            is_good = False
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, 9)
+                process.wait()
+    lines = TOLD.read_text(encoding="utf-8").splitlines() if TOLD.exists() else []
+    return is_good, [Tried(**json.loads(line)) for line in lines]
 
 
 @dataclass
 class Hunt:
-    """Tries one change after the other."""
+    """Tries one change after the other.
 
-    builds: Builds
-    health: Health
+    Attributes
+    ----------
+    changes
+        All, whose numbers are from 1.
+    inside
+        Which are choices of the compiled program and module.
+    """
 
-    def judge(self, change: Change) -> tuple[str, str]:
+    changes: Sequence[Change]
+    inside: set[int]
+    campaign: mutate.Campaign
+    runner: mutate.Runner
+    tests: list[Tried] = field(default_factory=list)
+
+    def look_round(self) -> None:
+        """Run every Python test once, to see what it reaches, unless that is known."""
+        lines: dict[str, dict[int, int]] = defaultdict(dict)
+        for number, change in enumerate(self.changes, 1):
+            if change.file.endswith(".py"):
+                lines[str(COPY / change.file)][change.number] = number
+        wanted = json.dumps({"lines": lines, "choices": len(self.changes)})
+        known = json.loads(TESTS.read_text(encoding="utf-8")) if TESTS.exists() else {}
+        if known.get("wanted") != wanted:
+            command = (*PYTEST, "tests/python", "tests/studio")
+            _, told = run(command, most_s=7200.0, wanted=wanted)
+            if not told:
+                sys.exit("mutate: no test runs in the copy; see build/logs/mutants-tests.log")
+            known = {"wanted": wanted, "tests": [vars(one) for one in told]}
+            TESTS.write_text(json.dumps(known), encoding="utf-8")
+        told = [Tried(**one) for one in known["tests"]]
+        self.tests = sorted((one for one in told if not one.failed), key=lambda one: one.takes_s)
+        sick = len(told) - len(self.tests)
+        print(f"{len(told)} Python tests know what they reach; {sick} fail anyway", flush=True)
+
+    def killer(self, number: int) -> str:
+        """Give the C++ test that kills a choice, or nothing."""
+        change = self.changes[number - 1]
+        mutant = Mutant(number, change.file, change.before, change.after, str(change))
+        return self.campaign.attack(self.runner, mutant)[1] if number in self.inside else ""
+
+    def judge(self, number: int) -> tuple[str, str]:
         """Give what became of a change, and by what."""
+        change = self.changes[number - 1]
+        if is_cpp(change):
+            if number not in self.inside:
+                return "unbuilt", ""
+            return self._told(self._red(self._reaching(number), number))
         path = COPY / change.file
         original = path.read_bytes()
         lines = original.decode().split("\n")
         lines[change.number - 1] = change.after
         mutated = "\n".join(lines).encode()
+        check: tuple[str | Path, ...] = (sys.executable, "-m", "tools.studio", "--page")
+        if path.suffix == ".py":
+            check = (sys.executable, "-m", "py_compile", path)
 
-        def put_in(*, is_mutated: bool) -> bool:
+        def put_in(is_mutated: bool) -> bool:
             path.write_bytes(mutated if is_mutated else original)
-            if path.suffix == ".ts":
-                return run([sys.executable, "-m", "tools.studio", "--page"], LONGEST_BUILD_S)[0]
-            return path.suffix != ".py" or run([sys.executable, "-m", "py_compile", path], 60.0)[0]
+            return run(check, most_s=300.0)[0]
 
-        is_cpp = path.suffix in (".cpp", ".hpp")
-        if is_cpp:
-            self.builds.configure()
         try:
-            if not put_in(is_mutated=True):
+            if not put_in(True):
                 return "unbuilt", ""
-            if is_cpp:
-                return self._try_cpp(change)
-            if path.suffix == ".ts":
-                return self._try_python([*files_for(change, ["tests/studio"]), *OF_PAGE], put_in)
-            files = files_for(change, ["tests/python", "tests/studio"])
-            return self._try_python([*files, *BROAD], put_in)
+            tests = self._reaching(number) if path.suffix == ".py" else self._of_page()
+            return self._told(self._red(tests, number, put_in))
         finally:
-            put_in(is_mutated=False)
+            put_in(False)
 
-    def _try_cpp(self, change: Change) -> tuple[str, str]:
-        if not self.builds.build("asan-ubsan"):
-            return "unbuilt", ""
-        programs = {path.name: (path, w) for path, w in self.builds.changed("asan-ubsan").items()}
-        for name in self.health.in_order(list(programs)):
-            program, whole = programs[name]
-            command = (program, "--abort-after=1", "--minimal")
-            case = self.health.try_one(name, command, r"TEST CASE:\s*(.*)")
-            again = () if case.endswith(LATE) else (f"--test-case={case}",)
-            if case and run([whole, *again], 3 * LONGEST_TESTS_S)[0]:
-                return "dead", f"{name}: {case}"
-        if not self.builds.build("release"):
-            return "unbuilt", ""
-        modules = self.builds.changed("release")
-        if not modules:
-            return "alive" if programs else "same code", ""
-        ((module, whole),) = modules.items()
+    @staticmethod
+    def _told(red: str) -> tuple[str, str]:
+        return ("dead" if red else "alive"), red
 
-        def put_in(*, is_mutated: bool) -> bool:
-            shutil.copy2(module if is_mutated else whole, COPY / PACKAGE / module.name)
-            return True
+    def _reaching(self, number: int) -> list[Tried]:
+        """Give the tests that reach a change or, if none does, its file; the cheapest first."""
+        file = str(COPY / self.changes[number - 1].file)
+        near = [one for one in self.tests if number in one.reached]
+        return _within(near or [one for one in self.tests if file in one.files], MOST_S)
 
-        try:
-            put_in(is_mutated=True)
-            return self._try_python([*files_for(change, ["tests/python"]), *BROAD], put_in)
-        finally:
-            put_in(is_mutated=False)
+    def _of_page(self) -> list[Tried]:
+        own = [one for one in self.tests if one.test.startswith("tests/studio/")]
+        return _within(own, MOST_OF_PAGE_S)
 
-    def _try_python(self, files: Sequence[str], put_in: Callable[..., bool]) -> tuple[str, str]:
-        begin_s = time.monotonic()
-        for file in self.health.in_order(files):
-            leave = [f"--deselect={case}" for case in self.health.sick]
-            command = [*PYTEST, "-x", *leave, file]
-            case = self.health.try_one(file, command, r"^(?:FAILED|ERROR) (\S+)")
-            if case:
-                # Does it pass without the change?
-                put_in(is_mutated=False)
-                if run([*PYTEST, case if "::" in case else file], 3 * LONGEST_TESTS_S)[0]:
-                    return "dead", case
-                self.health.sick.append(case)
-                put_in(is_mutated=True)
-            if time.monotonic() - begin_s > LONGEST_TESTS_S:
+    def _red(
+        self, tests: list[Tried], number: int, put_in: Callable[[bool], object] = lambda _: None
+    ) -> str:
+        """Give the first test that fails with a change, and without it does not."""
+
+        def is_good(names: Sequence[str], *, is_mutated: bool) -> tuple[bool, list[Tried]]:
+            put_in(is_mutated)
+            most_s = 30.0 + 5.0 * sum(one.takes_s for one in tests)
+            return run((*PYTEST, "-x", *names), most_s=most_s, number=is_mutated * number)
+
+        left = [one.test for one in tests]
+        while left:
+            good, told = is_good(left, is_mutated=True)
+            if good:
                 break
-        return "alive", ""
+            red = [one.test for one in told if one.failed]
+            names = red or left
+            if is_good(names, is_mutated=False)[0] and not is_good(names, is_mutated=True)[0]:
+                return red[0] if red else "a process that ends"
+            # It fails anyway, on this machine and today. The others have not been asked.
+            done = {one.test for one in told}
+            left = [test for test in left if test not in done] if red else []
+        return ""
+
+
+def _within(tests: Sequence[Tried], most_s: float) -> list[Tried]:
+    """Give the first tests, up to so many seconds."""
+    sums = itertools.accumulate(one.takes_s for one in tests)
+    return [one for one, until_s in zip(tests, sums, strict=True) if until_s <= most_s]
+
+
+# --- results ------------------------------------------------------------------------------------
 
 
 def results_of(seed: int) -> dict[str, dict[str, str]]:
@@ -287,52 +333,66 @@ def summary(results: Sequence[dict[str, str]]) -> list[str]:
         for one in results
     )
     total = sum(what.values()) - what["unbuilt"]
-    good = what["dead"] + what["same code"] + what["explained"]
+    good = what["dead"] + what["explained"]
     living = [one for one in results if one["result"] == "alive" and one["key"] not in reasons]
     return [
         *(f"lives {one['key']} {one['change']}" for one in living),
-        f"{total} mutants: {what['dead']} dead, {what['same code']} give the same code, "
-        f"{what['explained']} explained, {what['alive']} live: {good / max(total, 1):.1%} dead or "
-        f"explained; {what['unbuilt']} more did not build",
+        f"{total} mutants: {what['dead']} dead, {what['explained']} explained, {what['alive']} "
+        f"live: {good / max(total, 1):.1%} dead or explained; {what['unbuilt']} more did not build",
     ]
 
 
-def wanted(seed: int, count: int, known: dict[str, dict[str, str]]) -> Iterator[Change]:
-    """Yield changes until so many were built, without those that are known."""
-    seen: set[str] = set()
-    for change in drawn(seed, COPY):
-        built = sum(known[key]["result"] != "unbuilt" for key in seen & known.keys())
-        if built >= count:
-            return
-        if change.key not in seen:
-            seen.add(change.key)
-            if change.key not in known:
-                yield change
+def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
+    """Try what is not known yet."""
+    known = results_of(seed)
+    if all(change.key in known for change in changes):
+        return
+    folder, inside = build(changes, tinyusb)
+    for module in (folder / "bindings").glob("_torsio*.so"):
+        shutil.copy2(module, COPY / PACKAGE / module.name)
+    program = folder / mutate.PROGRAM
+    cpp = mutate.Campaign(program)
+    for name in cpp.look_round():
+        print(f"fails anyway: {name}", flush=True)
+    hunt = Hunt(changes, inside, cpp, mutate.Runner(program))
+    hunt.look_round()
+    begin_s = time.monotonic()
+
+    def note(number: int, result: str, by: str) -> None:
+        nonlocal begin_s
+        change = changes[number - 1]
+        print(f"{result:8} {time.monotonic() - begin_s:4.0f} s  {change}  [{by}]", flush=True)
+        begin_s = time.monotonic()
+        one: dict[str, Any] = {"key": change.key, "change": str(change), "result": result, "by": by}
+        with RESULTS.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({**one, "seed": seed}) + "\n")
+
+    # What takes least first.
+    left = [number for number, change in enumerate(changes, 1) if change.key not in known]
+    killers = {number: hunt.killer(number) for number in left}
+    for number, killer in killers.items():
+        if killer:
+            note(number, "dead", killer)
+    for number in sorted(left, key=lambda one: changes[one - 1].file.endswith(".ts")):
+        if not killers[number]:
+            note(number, *hunt.judge(number))
 
 
 def main(arguments: Sequence[str]) -> int:
     """Try random mutants, tell which live, and return the exit status."""
     parser = argparse.ArgumentParser(prog="./dev mutate", description=__doc__)
-    parser.add_argument("--random", type=int, required=True, metavar="N", help="how many to build")
+    parser.add_argument("--random", type=int, required=True, metavar="N", help="how many to draw")
     parser.add_argument("--seed", type=int, default=1, help="of the draw; 1 unless given")
     parser.add_argument("--tinyusb", default="", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
-    os.nice(10)
     copy_tree()
-    health = Health()
-    if HEALTH.exists():
-        health = Health(**json.loads(HEALTH.read_text(encoding="utf-8")))
-    hunt = Hunt(Builds(options.tinyusb), health)
-    known = results_of(options.seed)
-    for change in wanted(options.seed, options.random, known):
-        begin_s = time.monotonic()
-        result, by = hunt.judge(change)
-        took_s = time.monotonic() - begin_s
-        print(f"{result:9} {took_s:5.0f} s  {change}  [{by}]", flush=True)
-        one = {"key": change.key, "change": str(change), "result": result, "by": by}
-        known[change.key] = one
-        with RESULTS.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({**one, "seed": options.seed}) + "\n")
-    lines = summary(list(known.values()))
+    # The same change may be drawn twice.
+    many = itertools.islice(drawn(options.seed, TREE), 4 * options.random)
+    changes = list({change.key: change for change in many}.values())[: options.random]
+    try:
+        campaign(changes, options.seed, options.tinyusb)
+    except KeyboardInterrupt:
+        print("ended; the same command goes on", flush=True)
+    lines = summary(list(results_of(options.seed).values()))
     print(*lines, sep="\n")
     return 1 if len(lines) > 1 else 0

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -167,6 +166,13 @@ def _switched(original: str, numbered: Sequence[tuple[int, str]]) -> str:
     return code
 
 
+def with_choices(text: str, cuts: Mapping[tuple[int, int], Sequence[tuple[int, str]]]) -> str:
+    """Return a source in which pieces, from where to where, have these numbered mutants."""
+    for (begin, end), numbered in sorted(cuts.items(), reverse=True):
+        text = text[:begin] + _switched(text[begin:end], numbered) + text[end:]
+    return text
+
+
 def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> str:
     """Return a source with the mutants of these places in it.
 
@@ -175,7 +181,7 @@ def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> s
     BadList
         If a place is not there, or there twice, or two of them overlap.
     """
-    cuts: list[tuple[int, int, str, Place]] = []
+    cuts: dict[tuple[int, int], list[tuple[int, str]]] = {}
     for place, numbers in places:
         before, inside, behind = _marked(place)
         pattern = rf"{_pattern(before)}(\s*){_pattern(inside)}(\s*){_pattern(behind)}"
@@ -188,15 +194,11 @@ def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> s
                 "one and @{...}@ round what is mutated"
             )
         begin, end = found[0].end(1), found[0].start(2)
-        numbered = [(n, one.text) for n, one in zip(numbers, place.replacements, strict=True)]
-        cuts.append((begin, end, _switched(text[begin:end], numbered), place))
-    cuts.sort(key=lambda cut: cut[0])
-    for (_, end, _, _), (begin, _, _, place) in itertools.pairwise(cuts):
-        if begin < end:
+        if any(begin < other_end and other < end for other, other_end in cuts):
             raise BadList(f"{place.where}: overlaps another place; put its + lines there")
-    for begin, end, code, _ in reversed(cuts):
-        text = text[:begin] + code + text[end:]
-    return text
+        replacements = [one.text for one in place.replacements]
+        cuts[begin, end] = list(zip(numbers, replacements, strict=True))
+    return with_choices(text, cuts)
 
 
 def put(path: Path, content: bytes) -> None:

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,72 +33,78 @@ from tests.mutation.lists import (
     read_lists,
     squeezed,
 )
+from tools.dev.building import use_compiler_cache
 
 TREE = Path(__file__).parent.parent.parent
 BUILD = TREE / "build/mutation"
-COPY = BUILD / "tree"
+PROGRAM = "torsio_mutants"
 KILLERS = HERE / "killers.json"
 # What the mutation build is made of.
-FOLDERS = ("firmware", "emulator", "sdk", "cmake", "tests/cpp", "tests/fuzz", "tests/golden")
+FOLDERS = (
+    *("firmware", "emulator", "sdk", "bindings", "cmake"),
+    *("tests/cpp", "tests/fuzz", "tests/golden"),
+)
 LEAST_LIMIT_S = 5.0  # of the processor's time
 # These wait for other threads, and take long on a busy machine.
 LEFT_OUT = ("a ring carries everything in order from one thread to another",)
 
 
-def make_copy(places: Sequence[Place]) -> int:
-    """Bring ``build/mutation/tree`` up to date; return how many mutants are in it."""
+def listed() -> tuple[dict[str, str], int]:
+    """Return the sources with all listed mutants, by name, and how many mutants there are."""
     of_file: dict[str, list[tuple[Place, list[int]]]] = {}
     count = 0
-    for place in places:
+    for place in read_lists():
         numbers = [count + 1 + n for n in range(len(place.replacements))]
         count += len(numbers)
         of_file.setdefault(place.file, []).append((place, numbers))
-    for file, its_places in of_file.items():
+    for file, places in of_file.items():
         if not (TREE / file).is_file():
-            raise BadList(f"{its_places[0][0].where}: there is no {file}")
+            raise BadList(f"{places[0][0].where}: there is no {file}")
+    texts = {name: (TREE / name).read_text(encoding="utf-8") for name in of_file}
+    return {name: mutate_source(text, of_file[name]) for name, text in texts.items()}, count
+
+
+def make_copy(copy: Path, mutated: Mapping[str, str]) -> None:
+    """Bring a copy of the sources up to date, some of them mutated."""
     wanted: set[Path] = set()
     for folder in FOLDERS:
         for source in sorted((TREE / folder).rglob("*")):
             if not source.is_file() or "__pycache__" in source.parts:
                 continue
             name = str(source.relative_to(TREE))
-            content = source.read_bytes()
-            if name in of_file:
-                content = mutate_source(content.decode(), of_file[name]).encode()
-            put(COPY / name, content)
-            wanted.add(COPY / name)
-    own = {"CMakeLists.txt": "tree.cmake", "switch.hpp": "switch.hpp", "runner.cpp": "runner.cpp"}
-    for name, original in own.items():
-        put(COPY / name, (HERE / original).read_bytes())
-        wanted.add(COPY / name)
-    for path in list(COPY.rglob("*")):
+            put(copy / name, mutated[name].encode() if name in mutated else source.read_bytes())
+            wanted.add(copy / name)
+    own = {"CMakeLists.txt": "tree.cmake"}
+    for name in (*own, "switch.hpp", "runner.cpp", "module.cpp"):
+        put(copy / name, (HERE / own.get(name, name)).read_bytes())
+        wanted.add(copy / name)
+    for path in list(copy.rglob("*")):
         if path.is_file() and path not in wanted:
             path.unlink()
-    return count
 
 
-def build(tinyusb: str, log: Path) -> Path:
-    """Make the copy and compile it; return the runner.
+def build(
+    room: Path, mutated: Mapping[str, str], count: int, log: Path, *options: str, target: str
+) -> Path:
+    """Make a copy in a folder and compile it; return where what is made stands.
 
     Raises
     ------
-    BadList
-        If a list does not fit the sources.
     subprocess.CalledProcessError
         If it does not compile; the log says why.
     """
-    count = make_copy(read_lists())
-    folder = BUILD / "objects"
+    use_compiler_cache()
+    make_copy(room / "tree", mutated)
+    folder = room / "objects"
     log.parent.mkdir(parents=True, exist_ok=True)
-    configure: list[str | Path] = ["cmake", "-S", COPY, "-B", folder, "-G", "Ninja"]
-    configure += [f"-DTORSIO_MUTANTS={count}"]
+    configure: list[str | Path] = ["cmake", "-S", room / "tree", "-B", folder, "-G", "Ninja"]
+    configure += [f"-DTORSIO_MUTANTS={count}", *options]
     configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
-    configure += [f"-DTORSIO_TINYUSB_PATH={tinyusb}"]
     with log.open("w") as output:
-        build: list[str | Path] = ["cmake", "--build", folder, "--target", "torsio_mutants"]
+        build: list[str | Path] = ["cmake", "--build", folder, "--target", target]
         for command in (configure, [*build, "--", "-k", "0"]):
             subprocess.run(command, stdout=output, stderr=output, check=True)
-    return folder / "torsio_mutants"
+    return folder
 
 
 # --- running -------------------------------------------------------------------------------------
@@ -159,8 +165,12 @@ class Campaign:
     survivors: list[Mutant] = field(default_factory=list)
     reach: dict[str, Outcome] = field(default_factory=dict)
 
-    def look_round(self) -> None:
-        """Run every test once as it is, to see what it reaches and how long it takes."""
+    def look_round(self) -> list[str]:
+        """Run every test once as it is, to see what it reaches and how long it takes.
+
+        Return what fails without any mutant: it is not asked again.
+        """
+        sick: list[str] = []
         names = cases(self.program)
 
         def one(runner: Runner, name: str) -> tuple[str, Outcome]:
@@ -169,15 +179,17 @@ class Campaign:
         for name, outcome in _in_parallel(self.program, names, one):
             if os.environ.get("TORSIO_MUTATE_VERBOSE"):
                 print(f"{outcome.took_s:8.2f} s  {name}", flush=True)
-            if outcome.result != "passed":
-                raise BadList(f"the test '{name}' has {outcome.result} without any mutant")
-            self.reach[name] = outcome
+            if outcome.result == "passed":
+                self.reach[name] = outcome
+            else:
+                sick.append(name)
+        return sick
 
     def _candidates(self, mutant: Mutant) -> list[tuple[str, float]]:
         near = [(n, o.took_s) for n, o in self.reach.items() if mutant.number in o.reached]
         return sorted(near, key=lambda one: one[1])
 
-    def _attack(self, runner: Runner, mutant: Mutant) -> tuple[Mutant, str]:
+    def attack(self, runner: Runner, mutant: Mutant) -> tuple[Mutant, str]:
         known = self.killers.get(mutant.key)
         if known and runner.run(known, mutant.number, 4 * LEAST_LIMIT_S).result != "passed":
             return mutant, known
@@ -189,7 +201,7 @@ class Campaign:
 
     def run(self, mutants: Sequence[Mutant]) -> None:
         """Try to kill mutants, the known killers first."""
-        for mutant, killer in _in_parallel(self.program, mutants, self._attack):
+        for mutant, killer in _in_parallel(self.program, mutants, self.attack):
             self.killers.pop(mutant.key, None)
             if killer:
                 self.killers[mutant.key] = killer
@@ -276,10 +288,13 @@ def main(arguments: Sequence[str]) -> int:
             print(*chosen, sep="\n")
             return 0
         log = TREE / "build/logs/mutate.log"
-        program = build(options.tinyusb, log)
+        mutated, count = listed()
+        tinyusb = f"-DTORSIO_TINYUSB_PATH={options.tinyusb}"
+        program = build(BUILD, mutated, count, log, tinyusb, target=PROGRAM) / PROGRAM
         print(f"{len(mutants)} mutants built after {time.monotonic() - begin_s:.0f} s", flush=True)
         campaign = Campaign(program, {} if options.all else read_killers())
-        campaign.look_round()
+        if sick := campaign.look_round():
+            raise BadList(f"the test '{sick[0]}' fails without any mutant")
         print(f"{len(campaign.reach)} tests know what they reach", flush=True)
         campaign.run(chosen)
     except BadList as error:

@@ -2,6 +2,7 @@
 # runner instead of doctest's main program. tests/mutation/mutate.py puts it there.
 #   TORSIO_MUTANTS       how many there are
 #   TORSIO_TINYUSB_PATH  as in emulator/usbip
+#   TORSIO_MUTATE_ALL    with the plant's physics and the Python module, for random mutants
 cmake_minimum_required(VERSION 3.25)
 project(torsio VERSION 0.0.0 LANGUAGES C CXX)
 
@@ -30,8 +31,14 @@ foreach(layer core protocol device emulator usbip sdk)
     list(APPEND sources ${found})
   endif()
 endforeach()
-# Without the plant's physics, which limits nobody.
-list(FILTER sources EXCLUDE REGEX "emulator/test_(batch|closed|no_buzz|plant|portable)")
+if(TORSIO_MUTATE_ALL)
+  add_subdirectory(bindings)
+  target_sources(_torsio PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/module.cpp")
+  set_source_files_properties(module.cpp TARGET_DIRECTORY _torsio PROPERTIES
+    COMPILE_DEFINITIONS TORSIO_MUTANTS=${TORSIO_MUTANTS})
+else()  # it limits nobody
+  list(FILTER sources EXCLUDE REGEX "emulator/test_(batch|closed|no_buzz|plant|portable)")
+endif()
 
 add_executable(torsio_mutants runner.cpp ${sources})
 target_compile_features(torsio_mutants PRIVATE cxx_std_20)
@@ -50,4 +57,7 @@ if(TARGET torsio_usbip)
   set_source_files_properties(tests/cpp/usbip/test_hid_driver.cpp PROPERTIES
     INCLUDE_DIRECTORIES "$<TARGET_PROPERTY:torsio_usb_stack,INTERFACE_INCLUDE_DIRECTORIES>"
     COMPILE_DEFINITIONS "$<TARGET_PROPERTY:torsio_usb_stack,INTERFACE_COMPILE_DEFINITIONS>")
+endif()
+if(TORSIO_MUTATE_ALL)
+  add_custom_target(torsio_random DEPENDS torsio_mutants _torsio)
 endif()
