@@ -121,7 +121,7 @@ class Loop {
 
   [[nodiscard]] bool swings() const {
     for (double swing_rad = 0.5 * double{parts_.rad_per_count}; swing_rad < kWidestRad;
-         swing_rad *= 1.35) {
+         swing_rad *= 1.2) {
       const std::int64_t middle_counts = steepest(swing_rad);
       // By Nyquist's criterion: what grows turns it the other way round.
       double turned_rad = 0.0;

@@ -301,7 +301,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Warns
         -----
         StiffnessWarning
-            As `play` does, of model and scene together. No law bounds a local model.
+            As `play` does, of model and scene together; for a model that is stiffer or damps more
+            than all since the scene began. No law bounds a local model.
         """
         swings = self._knob.stream_local_model(
             checks.number("torque_nm", torque_nm),

@@ -34,8 +34,9 @@ extern "C" {
 TORSIO_API const char* torsio_last_error(void);
 
 /// A sentence if the knob may swing for ever in what this thread played or streamed last. It plays
-/// all the same: torsio_knob_play() or torsio_knob_stream_local_model() has succeeded. "" if not.
-/// Valid until the next such call of this thread.
+/// all the same: torsio_knob_play() or torsio_knob_stream_local_model() has succeeded. "" if not. A
+/// local model is judged when it is stiffer or damps more than all since the scene began. Valid
+/// until the next such call of this thread.
 TORSIO_API const char* torsio_last_warning(void);
 
 /// Parts of a refusal by the device.

@@ -211,7 +211,7 @@ class TORSIO_EXPORT Knob {
   /// Sends a local model and does not wait for the device. If state() is not armed, nothing is
   /// sent. A later refusal by the device only counts, in statistics().
   /// @returns as play(), of model and scene together; for a model that is stiffer or damps more
-  ///          than all before it. No law bounds a local model.
+  ///          than all since the scene began. No law bounds a local model.
   /// @throws InvalidArgument, Refused (not_armed)
   std::string stream_local_model(const LocalModel& model);
 

@@ -100,7 +100,8 @@ def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
     calibration.apply(knob, found)
     knob.save()
     path = calibration.keep(found)
-    line(say, f"saved    on the device, and all that was found in {path}")
+    where = "until this command ends" if knob.is_emulated else "on the device"
+    line(say, f"saved    {where}, and all that was found in {path}")
 
 
 def words_of(knob: Knob) -> dict[str, Any]:

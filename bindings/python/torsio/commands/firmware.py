@@ -11,6 +11,7 @@ import typer
 import torsio
 from torsio.commands.shared import AsJson, plainly, print_json
 from torsio.screen import asks, err, line, out
+from torsio.whole_file import beside
 
 __all__ = ["app"]
 
@@ -82,7 +83,8 @@ def update_command(
         line(out, "its configuration is as before")
     elif done.kept is not None:
         kept = Path(f"torsio-{done.after.serial}.json")
-        kept.write_text(done.configuration, encoding="utf-8")
+        with beside(kept) as part:
+            part.write_text(done.configuration, encoding="utf-8")
         line(
             out,
             "its configuration is the saved one; what was set and not saved is in "
