@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from torsio import checks
 from torsio.calibration.brake import Brake, estimate_brake, hold_and_let_go, slip
@@ -175,7 +176,7 @@ def _measure(knob: Knob, player: Player, plan: _Plan, say: Callable[[str], objec
     say(STEPS[1])
     turns = spin(player, plan.motor_nm, slow_s=plan.slow_s)
     free = estimate_free(turns, slow_s=plan.slow_s)
-    most = {"motor_nm": plan.motor_nm, "brake_nm": plan.brake_nm}
+    most: dict[str, Any] = {"motor_nm": plan.motor_nm, "brake_nm": plan.brake_nm}
     if electric is not None:
         circuit = electric.hold(**most)
         turns = player.known(turns)
