@@ -69,6 +69,25 @@ def test_first_power_moves_the_knob_and_stays_below_the_speed_limit(
     assert 0.5 < fastest_rad_s < 10.0
 
 
+def test_first_power_turns_a_knob_backwards_whose_motor_is_swapped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A law that brakes would hold it, and the step would tell nothing."""
+    angles: list[float] = []
+    real_stop, real_sleep = torsio.Knob.stop, torsio.Knob.sleep
+
+    def stop(knob: torsio.Knob) -> None:
+        angles.append(knob.position_rad())
+        real_stop(knob)
+
+    monkeypatch.setattr(torsio.Knob, "stop", stop)
+    monkeypatch.setattr(torsio.Knob, "sleep", lambda knob, s: real_sleep(knob, min(s, 0.5)))
+    plant = torsio.PlantParams(electrics=torsio.Electrics(motor_reversed=True))
+    options = torsio.EmulatorOptions(control_rate_hz=20e3, plant=plant)
+    _run(PROGRAMS[1], monkeypatch, options)
+    assert angles[0] < -0.05
+
+
 def test_pins_of_the_guides_example_are_free_on_either_board() -> None:
     pins = [int(pin) for program in PROGRAMS for pin in re.findall(r"_pin=(\d+)", program)]
     assert pins

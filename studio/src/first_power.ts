@@ -97,12 +97,12 @@ function steps(travel: Travel): Step[] {
       act: {
         label: "take the caps, and the push as scene",
         scene: async (knob) => {
-          await beCareful(knob);
+          // A law that brakes would hold a knob whose motor is swapped, and the step would tell nothing.
+          await beCareful(knob, { law: "motor_only" });
           await knob.command("save");
           const parts = await knob.config("actuator_config");
           const friction = Number(parts.knob_coulomb_nm) + Number(parts.brake_drag_nm);
-          // The sensor may take the shaft for wound by as much as its floor, and the motor gives so much less.
-          const push = PUSH * friction + Number(parts.brake_torque_min_nm);
+          const push = PUSH * friction;
           return [{ type: "constant", torque_nm: Number(push.toPrecision(3)) }];
         },
       },
