@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from torsio_hardware import parts
 from torsio_hardware.knob import Knob, load
+
+TREE = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -76,3 +79,20 @@ def test_totals_are_sums_of_first_choices() -> None:
 def test_harness_has_every_pin_of_the_board_once(knob: Knob) -> None:
     drawn = re.findall(r"board GP(\d+)", parts.harness_svg(knob))
     assert Counter(map(int, drawn)) == Counter([2, 3, 6, 7, 8, 9, 10, 11, 12, 26, 27])
+
+
+def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:
+    page = (TREE / "docs/how-to/build.md").read_text(encoding="utf-8")
+    rows = re.findall(
+        r"^\| (?:Encoder|Supply|Brake|Calibrate) \| .* \| (\S+) to (\S+) \|$", page, re.M
+    )
+    told = [tuple(map(float, row)) for row in rows]
+    assert len(told) == len(knob.expected())
+    for found, (_, name, band, _) in zip(told, knob.expected(), strict=True):
+        assert found == pytest.approx(band, rel=5e-3, abs=1e-9), name
+    low, high = parts.total_eur(parts.load())
+    assert f"{round(low, -1):.0f} to {round(high, -1):,.0f} EUR" in page
+    manifest = (TREE / "hardware/okh.toml").read_text(encoding="utf-8")
+    named = re.findall(r'"([^"]+\.(?:md|csv|toml|py))"', manifest)
+    assert len(named) >= 5
+    assert [file for file in named if not (TREE / "hardware" / file).exists()] == []

@@ -162,7 +162,7 @@ def _build_tests(plan: groups.Plan) -> None:
 
 
 def hardware(arguments: Sequence[str]) -> int:
-    """Make the files of the knob to build, in ``out/hardware/``; see ``docs/build.md``."""
+    """Make the files of the knob to build, in ``out/hardware/``; see ``docs/how-to/build.md``."""
     with lock():
         environment.set_up("tests", "making")
         building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)

@@ -197,7 +197,7 @@ GROUPS = {
         "the knob to build: closed forms, parts, what a rehearsal finds",
         ("tests/hardware",),
         ("python", "hardware"),
-        (*_PYTHON, "hardware", "tools"),
+        (*_PYTHON, "hardware", "tools", "docs/how-to/build.md"),
     ),
     "claims": Group(
         "names that pages and sources share, printed files, what a package holds",

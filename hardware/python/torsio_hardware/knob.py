@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import random
 import sys
@@ -82,6 +83,15 @@ class Knob:
             for kind, of in kinds.items()
         }
         return {**found, "shaft": torsio.ShaftConfig(**self.spring.shaft_config())}
+
+    def config_text(self) -> str:
+        """Return what `torsio config load` takes: the fields that the file says, and no others."""
+        given, shaft = self.settings(), self.spring.shaft_config()
+        found = {
+            f"{kind}_config": {name: value for name, value in given.items() if name in known}
+            for kind, known in _FIELDS.items()
+        }
+        return json.dumps({**found, **({"shaft_config": shaft} if shaft else {})}, indent=2) + "\n"
 
     def plant(self, seed: int | None = None) -> torsio.PlantParams:
         """Give an emulated knob: as the file says, or with a seed one that may come of it.

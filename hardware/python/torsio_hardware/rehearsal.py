@@ -110,7 +110,7 @@ def _apply(bench: Bench) -> Seen:
     board, told = bench.device.board_config(), bench.knob.settings()
     wrong = [name for name in bench.knob.pins if getattr(board, name) != told[name]]
     text = f"the board has {len(told)} values and pins of the file"
-    return Seen("link", "torsio config load knob.json", text, "link:pins" if wrong else "")
+    return Seen("link", "torsio config load settings.json", text, "link:pins" if wrong else "")
 
 
 def _turn(bench: Bench) -> Seen:

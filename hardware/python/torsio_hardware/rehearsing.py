@@ -60,7 +60,7 @@ def rehearse(
         ),
     ] = False,
 ) -> None:
-    """Go through the steps of docs/hardware.md, First power, and name what is wrong.
+    """Go through the steps of docs/how-to/hardware.md, First power, and name what is wrong.
 
     The device is the emulated one, of the firmware's own sources. Exit status 1: something was
     found.
