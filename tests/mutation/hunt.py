@@ -369,13 +369,12 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
 
     # What takes least first.
     left = [number for number, change in enumerate(changes, 1) if change.key not in known]
-    killers = {number: hunt.killer(number) for number in left}
-    for number, killer in killers.items():
-        if killer:
+    for number in list(left):
+        if killer := hunt.killer(number):
             note(number, "dead", killer)
+            left.remove(number)
     for number in sorted(left, key=lambda one: changes[one - 1].file.endswith(".ts")):
-        if not killers[number]:
-            note(number, *hunt.judge(number))
+        note(number, *hunt.judge(number))
 
 
 def main(arguments: Sequence[str]) -> int:

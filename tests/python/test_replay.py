@@ -16,9 +16,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import torsio
 from torsio import emulator
+from torsio.cli import app
 
 RUN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4, damping_nm_s_per_rad=0.002)
@@ -80,7 +82,9 @@ def test_replay_of_the_inputs_gives_the_same_to_the_bit(tmp_path: Path) -> None:
     np.testing.assert_array_equal(replayed.replayed, replayed.recorded)
 
 
-def test_one_count_that_is_different_is_found_where_it_is(tmp_path: Path) -> None:
+def test_one_count_that_is_different_is_found_where_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = tmp_path / "x.mcap"
     _eventful(file, _options(log_inputs=True))
     recorded = torsio.load(file)
@@ -98,6 +102,10 @@ def test_one_count_that_is_different_is_found_where_it_is(tmp_path: Path) -> Non
     assert replayed.first_difference.startswith(f"tick {given.tick + 40} ")
     assert "position_counts" in replayed.first_difference
     assert replayed.largest_differences()["position_counts"] == 1
+    monkeypatch.setattr(torsio, "load", lambda _: recorded)
+    result = CliRunner().invoke(app, ["replay", str(file)])
+    assert result.exit_code == 1
+    assert "not the same: recorded with" in result.stderr
 
 
 def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> None:

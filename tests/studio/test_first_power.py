@@ -96,6 +96,8 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
         state_is(page, "disarmed")
         expect(page.locator("#faults li")).to_have_count(0)
         expect(present).to_have_text("Supply")
+        done["Supply"].check()
+        expect(present).not_to_have_text("Supply")
         _step(page, "Brake").locator("button").click()
         expect(page.locator("#python")).to_contain_text("torsio.Friction(torque_nm=0.01)")
         page.wait_for_selector("#control_config")

@@ -14,6 +14,7 @@ from typing import Any
 
 from torsio import _torsio
 from torsio.errors import Error
+from torsio.notebook import Telemetry
 from torsio.protocol import fingerprint
 from torsio.recording_file import RecordingFile
 from torsio.telemetry import Record
@@ -110,7 +111,7 @@ class KnobRecording:
         if self._file is not None:
             self._file.note(kind, **values)
 
-    def read(self, max_samples: int, timeout_s: float) -> Record:
+    def read(self, max_samples: int, timeout_s: float) -> Telemetry:
         """Take samples out of the knob, for the program and for the file.
 
         Any later exception has them as its attribute `samples`.
@@ -119,7 +120,7 @@ class KnobRecording:
         try:
             self._take_samples(self._knob.read, max_samples, timeout_s, kept)
             self._keep_rest(kept[0])
-            return kept[0]
+            return kept[0].view(Telemetry)
         except BaseException as error:
             hang_on(error, kept)
             raise

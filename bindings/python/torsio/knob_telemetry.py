@@ -80,11 +80,10 @@ class KnobTelemetry:
         Telemetry
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
-        taken = self._recording.read(
+        return self._recording.read(
             checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
             checks.number("timeout_s", timeout_s),
         )
-        return taken.view(Telemetry)
 
     def record(
         self,
