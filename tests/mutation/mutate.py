@@ -3,7 +3,8 @@
 ``./dev mutate`` copies the sources to ``build/mutation/tree``, makes every mutant of
 ``tests/mutation/mutants/*.txt`` a choice at run time there, and builds the copy with the C++ tests.
 A mutant dies by a test case that fails, crashes or hangs with it. The tests that kill are kept in
-``killers.json``: they are tried first, then every other test that reaches the mutant.
+``build/mutation/killers.json``. The next run tries them first, then every other test that reaches
+the mutant.
 """
 
 from __future__ import annotations
@@ -31,14 +32,13 @@ from tests.mutation.lists import (
     mutate_source,
     put,
     read_lists,
-    squeezed,
 )
 from tools.dev.building import use_compiler_cache
 
 TREE = Path(__file__).parent.parent.parent
 BUILD = TREE / "build/mutation"
 PROGRAM = "torsio_mutants"
-KILLERS = HERE / "killers.json"
+KILLERS = BUILD / "killers.json"
 # What the mutation build is made of.
 FOLDERS = (
     *("firmware", "emulator", "sdk", "bindings", "cmake"),
@@ -235,22 +235,17 @@ def _in_parallel(
 
 
 def read_killers() -> dict[str, str]:
-    """Return what ``killers.json`` has kept."""
+    """Return the tests that killed in the last run, by the keys of the mutants."""
     if not KILLERS.exists():
         return {}
-    kept: dict[str, dict[str, str]] = json.loads(KILLERS.read_text(encoding="utf-8"))
-    return {key: name for name, keys in kept.items() for key in keys}
+    kept: dict[str, str] = json.loads(KILLERS.read_text(encoding="utf-8"))
+    return kept
 
 
 def write_killers(killers: dict[str, str], mutants: Sequence[Mutant]) -> None:
-    """Keep the killers of these mutants: by test, what it kills."""
-    kept: dict[str, dict[str, str]] = {}
-    for mutant in mutants:
-        if mutant.key in killers:
-            line = f"{mutant.file}: {squeezed(mutant.original)} -> {squeezed(mutant.replacement)}"
-            kept.setdefault(killers[mutant.key], {})[mutant.key] = line
-    text = json.dumps(dict(sorted(kept.items())), indent=1, ensure_ascii=False)
-    KILLERS.write_text(text + "\n", encoding="utf-8")
+    """Keep the killers of these mutants for the next run."""
+    kept = {mutant.key: killers[mutant.key] for mutant in mutants if mutant.key in killers}
+    put(KILLERS, json.dumps(kept, indent=1, ensure_ascii=False).encode())
 
 
 def verdict(mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> list[str]:
