@@ -46,7 +46,7 @@ def test_fault_of_wiring_is_named_before_anything_is_calibrated(knob: Knob, name
 
 def test_settings_are_those_that_a_device_takes(knob: Knob) -> None:
     with torsio.open("emulated") as device:
-        torsio.load_config(device, knob.config_text())
+        torsio.load_config(device, json.dumps(knob.settings()))
         assert device.board_config().supply_sense_pin == 27
         assert device.actuator_config().spring_stiffness_nm_per_rad == pytest.approx(2.873)
     # The board has the pins of its defaults, so that the drawings of the guide hold.

@@ -104,14 +104,14 @@ FAULTS = (
     Fault("brake_coil_24v", "a brake for 24 V, of four times the resistance",
           "calibrate:does_not_hold",
           _electrics(coil_resistance_ohm=4.0, coil_torque_constant_nm_per_a=2.0)),
-    Fault("brake_drags", "the brake is mounted askew and drags with 20 mN m", "calibrate:drag",
-          _plant(brake_drag_nm=20e-3)),
+    Fault("brake_drags", "the brake is mounted askew and drags with 8 mN m", "calibrate:drag",
+          _plant(brake_drag_nm=8e-3)),
     Fault("belt_loose", "the belt is loose and stretches", "calibrate:shaft_soft",
           _plant(belt=Belt(stiffness_nm_per_rad=1.5))),
     Fault("hub_slips", "the spring's hub slips on the shaft at 30 mN m", "calibrate:does_not_hold",
           _electrics(coil_torque_constant_nm_per_a=0.25)),
     Fault("spring_soft", "the spring is printed 25 % too soft", "calibrate:spring_off", _soften),
-    Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "calibrate:drag",
+    Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "motor:still",
           _plant(knob_coulomb_nm=40e-3)),
 )  # fmt: skip
 

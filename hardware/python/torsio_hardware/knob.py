@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import random
 import sys
@@ -23,10 +22,15 @@ else:
 DEFAULT = Path(__file__).parent / "knob.toml"
 _TABLES = ("supply", "motor", "brake", "knob")
 _SHAPE = ("arms", "hub_radius_m", "rim_radius_m", "thickness_m", "wrap_rad", "swing_rad", "waves")
-_FIELDS = {
-    kind: {field.name for field in fields(of)}
-    for kind, of in (("actuator", torsio.ActuatorConfig), ("board", torsio.BoardConfig))
+_KINDS: dict[str, Any] = {
+    "actuator": torsio.ActuatorConfig,
+    "board": torsio.BoardConfig,
+    "shaft": torsio.ShaftConfig,
 }
+
+
+def _names(of: Any) -> set[str]:
+    return {field.name for field in fields(of)}
 
 
 @dataclass(frozen=True)
@@ -64,34 +68,23 @@ class Knob:
         """Return a value without its uncertainty."""
         return self.values[name].value
 
-    def settings(self) -> dict[str, float | int]:
-        """Return what `torsio config set` takes."""
-        given: dict[str, float | int] = dict(self.pins)
-        for name, value in self.values.items():
-            kind = next((kind for kind, known in _FIELDS.items() if name in known), None)
-            if kind is not None:
-                whole = name in ("counts_per_rev", "supply_sense_ratio")
-                given[name] = round(value.value) if whole else value.value
-        return {**given, **self.spring.shaft_config()}
+    def settings(self) -> dict[str, dict[str, float | int]]:
+        """Return what `torsio config load` takes: by configuration, the fields of the file."""
+        whole = ("counts_per_rev", "supply_sense_ratio")
+        given: dict[str, float | int] = {
+            name: round(value.value) if name in whole else value.value
+            for name, value in self.values.items()
+        }
+        given |= {**self.pins, **self.spring.shaft_config()}
+        return {
+            f"{kind}_config": {name: given[name] for name in _names(of) & given.keys()}
+            for kind, of in _KINDS.items()
+        }
 
     def configs(self) -> dict[str, Any]:
-        """Return the same as configurations: actuator, board and shaft, the parts confirmed."""
+        """Return the same as configurations: `actuator`, `board` and `shaft`."""
         given = self.settings()
-        kinds = {"actuator": torsio.ActuatorConfig, "board": torsio.BoardConfig}
-        found: dict[str, Any] = {
-            kind: of(**{name: value for name, value in given.items() if name in _FIELDS[kind]})
-            for kind, of in kinds.items()
-        }
-        return {**found, "shaft": torsio.ShaftConfig(**self.spring.shaft_config())}
-
-    def config_text(self) -> str:
-        """Return what `torsio config load` takes: the fields that the file says, and no others."""
-        given, shaft = self.settings(), self.spring.shaft_config()
-        found = {
-            f"{kind}_config": {name: value for name, value in given.items() if name in known}
-            for kind, known in _FIELDS.items()
-        }
-        return json.dumps({**found, **({"shaft_config": shaft} if shaft else {})}, indent=2) + "\n"
+        return {kind: of(**given[f"{kind}_config"]) for kind, of in _KINDS.items()}
 
     def plant(self, seed: int | None = None) -> torsio.PlantParams:
         """Give an emulated knob: as the file says, or with a seed one that may come of it.
@@ -162,16 +155,15 @@ class Knob:
             for torque in (10e-3,)
             for constant in values["brake_torque_constant_nm_per_a"].band()[::-1]
         ]
-        drag = [
-            sum(values[name].band()[side] for name in ("knob_coulomb_nm", "brake_drag_nm"))
-            for side in (0, 1)
-        ]
+        knob, brake = values["knob_coulomb_nm"], values["brake_drag_nm"]
+        both = math.hypot(knob.uncertainty, brake.uncertainty)
+        drag = Value(knob.value + brake.value, both).band()
         return [
             ("encoder", "counts of one turn", (8175.0, 8209.0), "counts"),
             ("supply", "at the bridges", values["supply_v"].band(), "V"),
             ("supply", "enable and bridge inputs, disarmed", (0.0, 0.3), "V"),
             ("brake", "at the coil, for 10 mN m", (coil_v[0], coil_v[1]), "V"),
-            ("calibrate", "coulomb_nm", (max(drag[0], 0.0), drag[1]), "N m"),
+            ("calibrate", "coulomb_nm", drag, "N m"),
             *(
                 ("calibrate", found, values[name].band(), unit)
                 for found, name, unit in (

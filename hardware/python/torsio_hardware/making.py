@@ -71,7 +71,7 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     flexure, sizes = knob.spring.flexure, diameters(knob)
     files = [_text(out / "spring.svg", drawing.svg(knob.spring))]
     files.append(_text(out / "harness.svg", parts.harness_svg(knob)))
-    files.append(_text(out / "settings.json", knob.config_text()))
+    files.append(_text(out / "settings.json", json.dumps(knob.settings(), indent=2) + "\n"))
     expected = {"steps": knob.expected(), "figures": knob.figures()}
     files.append(_text(out / "expected.json", json.dumps(expected, indent=2) + "\n"))
     files.append(_bill(out / "parts.csv"))

@@ -24,7 +24,7 @@ _CAPS: dict[str, Any] = {
     "speed_limit_rad_s": 10.0,
 }
 _DRAG_NM = 0.01
-_PUSHED_RAD = 0.2
+_PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
 # What each finding means, in the order in which one looks.
 CAUSES = {
     "encoder:still": ("encoder_off",),
@@ -38,6 +38,7 @@ CAUSES = {
     "motor:backwards": ("motor_swapped",),
     "calibrate:noisy": ("encoder_noisy",),
     "motor:winding": ("sensor_stuck",),
+    "motor:still": ("knob_rubs", "brake_drags"),
     "calibrate:winding_values": ("motor_contact",),
     "calibrate:winding": ("motor_contact", "sensor_stuck"),
     "calibrate:does_not_hold": ("brake_off", "brake_coil_24v", "hub_slips"),
@@ -107,9 +108,9 @@ def _apply(bench: Bench) -> Seen:
     if bench.fault is not None:
         bench.fault.happen(bench.world)
     bench.device.sleep(_SETTLE_S)
-    board, told = bench.device.board_config(), bench.knob.settings()
-    wrong = [name for name in bench.knob.pins if getattr(board, name) != told[name]]
-    text = f"the board has {len(told)} values and pins of the file"
+    board = bench.device.board_config()
+    wrong = [name for name, pin in bench.knob.pins.items() if getattr(board, name) != pin]
+    text = "the board has the values and pins of the file"
     return Seen("link", "torsio config load settings.json", text, "link:pins" if wrong else "")
 
 
@@ -204,9 +205,11 @@ def _push(bench: Bench) -> Seen:
     if faults:
         device.sleep(0.5)
         device.clear_fault()
-    finding = "motor:backwards" if fastest < -_PUSHED_RAD / 2 else ""
-    if not finding and faults:
-        finding = f"motor:{faults[0]}"
+    finding = f"motor:{faults[0]}" if faults else ""
+    if fastest < -_PUSHED_RAD / 2:
+        finding = "motor:backwards"
+    elif not faults and fastest < _MOVED_RAD:
+        finding = "motor:still"
     text = f"a push turned the knob by {fastest:+.2f} rad; faults: {', '.join(faults) or 'none'}"
     return Seen("motor", "torsio studio", text, finding)
 
@@ -250,11 +253,12 @@ def _calibrate(bench: Bench) -> Seen:
 def judge(knob: Knob, quantities: Any, command: str) -> Seen:
     """Compare what a calibration found with the file's bands: friction first, then the spring."""
     bands = {row[1]: row[2] for row in knob.expected() if row[0] == "calibrate"}
-    coulomb, stiffness = (quantities[name].value for name in ("coulomb_nm", "stiffness_nm_per_rad"))
-    if coulomb > bands["coulomb_nm"][1]:
-        text = f"friction {1e3 * coulomb:.1f} mN m, expected at most "
-        text += f"{1e3 * bands['coulomb_nm'][1]:.1f}"
-        return Seen("calibrate", command, text, "calibrate:drag")
+    for name in ("coulomb_nm", "brake_drag_nm"):
+        found, most = quantities[name].value, bands[name][1]
+        if found > most:
+            text = f"{name} is {1e3 * found:.1f} mN m, expected at most {1e3 * most:.1f}"
+            return Seen("calibrate", command, text, "calibrate:drag")
+    stiffness = quantities["stiffness_nm_per_rad"].value
     low, high = bands["stiffness_nm_per_rad"]
     nominal = knob.number("spring_stiffness_nm_per_rad")
     text = (
