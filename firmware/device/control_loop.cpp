@@ -38,6 +38,18 @@ std::uint32_t reported_by(const TickInputs& in) {
 
 }  // namespace
 
+bool Faults::latch(std::uint32_t now, Phase phase) {
+  causes = static_cast<std::uint16_t>(now);
+  if ((now & ~latched) == 0) return false;
+  latched = static_cast<std::uint16_t>(latched | now);
+  // Often the board is at its computer before its supply is on: nobody need clear that, nor what
+  // bridges and sensor say that have no supply.
+  unpowered = (phase == Phase::fault ? unpowered : phase == Phase::disarmed) &&
+              (latched & ~kUnpowered) == 0;
+  forgives = unpowered && (latched & fault::supply) != 0;
+  return true;
+}
+
 // Nearly every tick finds nothing to decide: nobody has said anything, nothing fades, nobody has
 // been silent for too long. Then the last decision stands, and only motion and torques are new.
 TickOutputs ControlLoop::tick(const TickInputs& in) {
@@ -75,22 +87,22 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
-  causes_ = static_cast<std::uint16_t>((causes_ & ~kReported) | reported_by(in));
-  if (forgives_) (void)clear_fault();
+  faults_.causes = static_cast<std::uint16_t>((faults_.causes & ~kReported) | reported_by(in));
+  if (faults_.forgives) (void)clear_fault();
   if (const Order* order = orders_.front(); order != nullptr && !must_let_go(*order)) {
     carry_out(*order);
     orders_.pop();
   }
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
-  core::ForceSource* const other_force = letting_go_ ? nullptr : serve_others();
+  core::ForceSource* const other_force = phase_ == Phase::letting_go ? nullptr : serve_others();
   const bool playing = plays() && host_is_there();
   choose_torque(playing, other_force);
-  causes_ = lateness_ >= kLatenessLimit ? fault::overrun : 0;
+  faults_.causes = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   // Once the controller knows that its commands came to nothing they stay zero by themselves.
-  const bool at_rest = !passive_ && controller_.slew.motor_command_nm == 0.0F &&
-                       controller_.brake_command_nm == 0.0F;
-  held_back_ = causes_ != 0 || !(playing || at_rest);
+  const bool at_rest =
+      !fades() && controller_.slew.motor_command_nm == 0.0F && controller_.brake_command_nm == 0.0F;
+  held_back_ = faults_.causes != 0 || !(playing || at_rest);
   if (held_back_ || changes_ || lateness_ != 0 || game.awake()) call();
 }
 
@@ -120,7 +132,8 @@ void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
 
 Snapshot ControlLoop::snapshot() const {
   return between_ticks(controller_.tick, [&](std::uint64_t tick) {
-    return Snapshot{tick, controller_.motion.position_counts, state_, owner_, faults_, counters_};
+    return Snapshot{tick,     controller_.motion.position_counts, state(), owner_, faults_.latched,
+                    counters_};
   });
 }
 
@@ -163,10 +176,10 @@ void ControlLoop::carry_out(const Order& order) {
     Answer answer;
     answer.acknowledgement = {
         order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,  state_,       controller_.tick,
+        verdict.field,  state(),      controller_.tick,
         owner_};
     // The main loop gives an order only when there is room for its answers.
-    (void)answers.push(answer);
+    (void)mail.answers.push(answer);
   }
 }
 
@@ -224,20 +237,27 @@ Status ControlLoop::execute(const Order& order) {
 }
 
 Status ControlLoop::arm() {
-  if (state_ == State::fault) return Status::fault_latched;
-  if (passive_ || held.load(std::memory_order_relaxed) != 0) return Status::busy;
+  if (phase_ == Phase::fault) return Status::fault_latched;
+  if (!may_take()) return Status::busy;
   if (owner_ == Owner::sdk) return Status::ok;
-  soft_start_ticks_left_ = config_.passive_ramp_ticks;
+  phase_ticks_left_ = config_.passive_ramp_ticks;
+  const Phase begins = phase_ticks_left_ != 0 ? Phase::rising : Phase::playing;
   if (owner_ != Owner::none) {
     // The other's torque fades while the scene's comes up: both in the time of the soft start.
     if (owner_ == Owner::game) game.release(game_params_.release_ticks);
     dial_.release();
+    phase_ = begins;
     owner_ = Owner::sdk;
     report_event(EventKind::owner_changed);
   } else {
-    set_state(State::armed, Owner::sdk);
+    enter(begins, Owner::sdk);
   }
   return Status::ok;
+}
+
+/// Whether somebody who is there may have the actuator, or share it.
+bool ControlLoop::may_take() const {
+  return !fades() && mail.held.load(std::memory_order_relaxed) == 0;
 }
 
 /// The device is for games or a dial, as it was when it started.
@@ -249,13 +269,12 @@ core::ForceSource* ControlLoop::serve_others() {
 /// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
 /// had nothing to play for a while.
 core::ForceSource* ControlLoop::serve_game() {
-  const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
-                        owner_ != Owner::sdk && connected() &&
-                        held.load(std::memory_order_relaxed) == 0;
+  const bool may_play = game_params_.allowed && phase_ != Phase::fault && owner_ != Owner::sdk &&
+                        connected() && may_take();
   const bool started = game.take_orders(may_play, controller_.tick);
   const bool wanted = game.wanted() && may_play;
-  if ((started || wanted) && owner_ == Owner::none) set_state(State::armed, Owner::game);
-  if (owner_ == Owner::game && !passive_) {
+  if ((started || wanted) && owner_ == Owner::none) enter(Phase::playing, Owner::game);
+  if (owner_ == Owner::game && !fades()) {
     if (wanted) game.raise_walls();
     if (game.playing()) {
       game_idle_ticks_ = 0;
@@ -263,7 +282,7 @@ core::ForceSource* ControlLoop::serve_game() {
                (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
       // A wall at an end may hold the knob still.
       game.release(game_params_.release_ticks);
-      if (!game.fading()) set_state(State::disarmed);
+      if (!game.fading()) enter(Phase::disarmed);
     }
   }
   return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
@@ -271,31 +290,29 @@ core::ForceSource* ControlLoop::serve_game() {
 
 /// The dial has the actuator while somebody turns it and nobody else wants it.
 core::ForceSource* ControlLoop::serve_dial() {
-  const bool free =
-      state_ == State::disarmed && connected() && held.load(std::memory_order_relaxed) == 0;
-  if (dial_.wanted() && free) {
+  if (dial_.wanted() && phase_ == Phase::disarmed && connected() && may_take()) {
     dial_.begin();
-    set_state(State::armed, Owner::dial);
+    enter(Phase::playing, Owner::dial);
   }
-  if (owner_ == Owner::dial && !passive_ && !dial_.wanted()) {
+  if (owner_ == Owner::dial && !fades() && !dial_.wanted()) {
     dial_.release();
-    if (!dial_.felt()) set_state(State::disarmed);
+    if (!dial_.felt()) enter(Phase::disarmed);
   }
   return dial_.felt() ? &dial_ : nullptr;
 }
 
 Status ControlLoop::clear_fault() {
-  if (causes_ != 0) return Status::fault_persists;
-  faults_ = 0;
-  if (state_ == State::fault) {
+  if (faults_.causes != 0) return Status::fault_persists;
+  faults_.latched = 0;
+  if (phase_ == Phase::fault) {
     game.forget();  // what was started meanwhile
-    set_state(State::disarmed);
+    enter(Phase::disarmed);
   }
   return Status::ok;
 }
 
 Status ControlLoop::follow_local_model(const Order& order) {
-  if (!armed() || passive_) return Status::not_armed;
+  if (!plays()) return Status::not_armed;
   if (owner_ != Owner::sdk) return Status::not_owner;
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (local_model_on_ && ahead <= 0) return Status::stale;
@@ -307,7 +324,7 @@ Status ControlLoop::follow_local_model(const Order& order) {
 }
 
 Status ControlLoop::excite(const Order& order) {
-  if (!armed() || passive_) return Status::not_armed;
+  if (!plays()) return Status::not_armed;
   if (owner_ != Owner::sdk) return Status::not_owner;
   core::begin_excitation(excitation_, order.excitation, controller_.motion.position_counts);
   local_model_on_ = false;
@@ -317,7 +334,7 @@ Status ControlLoop::excite(const Order& order) {
 void ControlLoop::end_excitation() {
   const bool over = excitation_.end == core::ExcitationEnd::over;
   report_event(over ? EventKind::excitation_over : EventKind::excitation_stopped);
-  set_state(State::disarmed);
+  enter(Phase::disarmed);
 }
 
 bool ControlLoop::host_is_there() {
@@ -343,27 +360,26 @@ bool ControlLoop::host_is_there() {
 bool ControlLoop::must_let_go(const Order& order) {
   const bool ends = order.kind == Order::Kind::disarm || order.kind == Order::Kind::stop;
   if (!ends || !armed()) return false;
-  if (letting_go_) return true;
-  letting_go_ = true;
-  begin_fade(config_.let_go_ticks);
+  if (phase_ == Phase::letting_go) return true;
+  begin_fade(Phase::letting_go, config_.let_go_ticks);
   // The next update of a stopped game must not undo the stop.
   if (owner_ == Owner::game) game.forget();
   return true;
 }
 
 void ControlLoop::begin_passive(EventKind why) {
-  begin_fade(config_.passive_ramp_ticks);
+  begin_fade(Phase::passive, config_.passive_ramp_ticks);
   report_event(why);
 }
 
-void ControlLoop::begin_fade(std::uint32_t ticks) {
-  passive_ = true;
+void ControlLoop::begin_fade(Phase phase, std::uint32_t ticks) {
+  phase_ = phase;
   game.drop();
   dial_.drop();
-  passive_ticks_left_ = ticks;
-  passive_motor_nm_ = controller_.slew.motor_command_nm;
-  passive_step_nm_ = core::absolute(passive_motor_nm_);
-  if (passive_ticks_left_ != 0) passive_step_nm_ /= static_cast<float>(passive_ticks_left_);
+  phase_ticks_left_ = ticks;
+  fading_motor_nm_ = controller_.slew.motor_command_nm;
+  fading_step_nm_ = core::absolute(fading_motor_nm_);
+  if (ticks != 0) fading_step_nm_ /= static_cast<float>(ticks);
 }
 
 void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
@@ -394,12 +410,13 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   if (local_model_on_) overlay_.local = &local_model_;
   if (playing_scene_ != nullptr) overlay_.impacts = core::has_impacts(*playing_scene_);
   overlay_.bounds = overlay_.ledger;
-  const bool soft = soft_start_ticks_left_ != 0;
-  if (soft) {
-    overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
+  const bool rises = phase_ == Phase::rising;
+  if (rises) {
+    overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - phase_ticks_left_) /
                     static_cast<float>(config_.passive_ramp_ticks);
+    if (--phase_ticks_left_ == 0) phase_ = Phase::playing;
   }
-  changes_ = soft || local_model_on_ || other_force != nullptr;
+  changes_ = rises || local_model_on_ || other_force != nullptr;
   if (overlay_.bounds && !changes_ && !overlay_.impacts &&
       !(scene_ != nullptr && core::plays_in_time(*scene_))) {
     // The first tick after a change still has to tell the bound of it.
@@ -431,22 +448,15 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if ((causes & fault::actuator) != 0 && power_faults != 0) {
     causes = (causes & ~std::uint32_t{fault::actuator}) | power_faults;
   }
-  causes |= causes_;
+  causes |= faults_.causes;
   // These endanger only somebody who feels a torque.
   if (!armed()) causes &= ~std::uint32_t{fault::overrun | fault::over_speed};
-  causes_ = static_cast<std::uint16_t>(causes);
   if (causes != 0) call();
-  if ((causes & ~faults_) != 0) {
-    faults_ = static_cast<std::uint16_t>(faults_ | causes);
-    // Often the board is at its computer before its supply is on: nobody need clear that, nor what
-    // bridges and sensor say that have no supply.
-    unpowered_ = (state_ == State::fault ? unpowered_ : state_ == State::disarmed) &&
-                 (faults_ & ~kUnpowered) == 0;
-    forgives_ = unpowered_ && (faults_ & fault::supply) != 0;
-    set_state(State::fault);
+  if (faults_.latch(causes, phase_)) {
+    enter(Phase::fault);
     game.forget();
   }
-  const TickOutputs given = passive_ ? fade() : TickOutputs{};
+  const TickOutputs given = fades() ? fade() : TickOutputs{};
   // The controller must know what became of its commands.
   controller_.slew.motor_command_nm = given.motor_command_nm;
   controller_.brake_command_nm = given.brake_command_nm;
@@ -454,26 +464,29 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
 }
 
 TickOutputs ControlLoop::fade() {
-  if (passive_ticks_left_ == 0) {
-    set_state(State::disarmed);
+  if (phase_ticks_left_ == 0) {
+    enter(Phase::disarmed);
     return {};
   }
-  --passive_ticks_left_;
-  passive_motor_nm_ -= core::clamp_symmetric(passive_motor_nm_, passive_step_nm_);
-  return {passive_motor_nm_, letting_go_ ? 0.0F : config_.passive_brake_nm, true};
+  --phase_ticks_left_;
+  fading_motor_nm_ -= core::clamp_symmetric(fading_motor_nm_, fading_step_nm_);
+  return {fading_motor_nm_, phase_ == Phase::passive ? config_.passive_brake_nm : 0.0F, true};
 }
 
-void ControlLoop::set_state(State state, Owner owner) {
-  state_ = state;
+State ControlLoop::state() const {
+  if (phase_ == Phase::disarmed) return State::disarmed;
+  return phase_ == Phase::fault ? State::fault : State::armed;
+}
+
+void ControlLoop::enter(Phase phase, Owner owner) {
+  phase_ = phase;
   owner_ = owner;
   lateness_ = 0;
   game_idle_ticks_ = 0;
-  if (state != State::armed) {
+  if (!armed()) {
     game.drop();
     dial_.drop();
   }
-  passive_ = false;
-  letting_go_ = false;
   local_model_on_ = false;
   excitation_.on = false;
   excitation_.end = core::ExcitationEnd::none;
@@ -484,9 +497,9 @@ void ControlLoop::set_state(State state, Owner owner) {
 void ControlLoop::report_event(EventKind kind) {
   Answer answer;
   answer.is_event = true;
-  answer.event = {kind, state_, faults_, controller_.tick, owner_};
+  answer.event = {kind, state(), faults_.latched, controller_.tick, owner_};
   // With a host that reads nothing the event is lost; the health report still tells the state.
-  (void)answers.push(answer);
+  (void)mail.answers.push(answer);
 }
 
 /// Takes from the controller's state what is there: a tick without a sample keeps less at hand.
@@ -497,9 +510,9 @@ void ControlLoop::report_event(EventKind kind) {
     return;
   }
   ticks_to_sample_ = static_cast<std::uint8_t>(decimation_ - 1);
-  auto flags = static_cast<std::uint8_t>(static_cast<std::uint8_t>(state_) | saturated);
+  auto flags = static_cast<std::uint8_t>(static_cast<std::uint8_t>(state()) | saturated);
   if (local_model_on_) flags |= flag::local_model;
-  if (passive_ && !letting_go_) flags |= flag::passive;
+  if (phase_ == Phase::passive) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
   const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
   if (bounds) desired_torque_nm = core::asked_torque(controller_, *playing_overlay_);
@@ -513,7 +526,7 @@ void ControlLoop::report_event(EventKind kind) {
                           controller_.sensor.spring_torque_nm,
                           flags,
                           decimation_};
-  if (!samples.push(sample)) ++counters_.samples_dropped;
+  if (!mail.samples.push(sample)) ++counters_.samples_dropped;
 }
 
 }  // namespace torsio::device

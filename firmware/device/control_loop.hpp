@@ -132,6 +132,38 @@ auto between_ticks(const std::uint64_t& counted, Take&& take) {
   }
 }
 
+/// How the device stands to torque. docs/explanation/architecture.md has the table of its changes.
+enum class Phase : std::uint8_t {
+  disarmed,
+  fault,
+  // Armed from here on.
+  rising,  // the scene's torque comes up
+  playing,
+  // It fades from here on.
+  passive,     // for nobody is heard: the motor goes to zero along a line, the brake slows the knob
+  letting_go,  // for somebody said so: the motor goes to zero along a line
+};
+
+/// Faults that are latched until they are cleared.
+struct Faults {
+  std::uint16_t latched = 0;
+  std::uint16_t causes = 0;  // faults whose cause is present now
+  bool unpowered = false;    // nobody was armed, and all that was latched may be for want of power
+  bool forgives = false;     // what was latched goes with its causes
+
+  /// @returns whether any of the causes is latched only now
+  bool latch(std::uint32_t now, Phase phase);
+};
+
+/// What control loop and main loop hand each other.
+struct Mailbox {
+  // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
+  // that no arming comes between the question and what must not happen to an armed device.
+  std::atomic<std::uint32_t> held{0};
+  Ring<Answer, 16> answers;
+  Ring<LoopSample, 64> samples;
+};
+
 class ControlLoop {
  public:
   ControlLoop(const LoopConfig& config, const game::ForceParams& game_params,
@@ -146,6 +178,7 @@ class ControlLoop {
   float speed_rad_s() const {
     return controller_.motion.speed_counts_per_tick * config_.controller.motion.speed_scale;
   }
+  Phase phase() const { return phase_; }
   /// Whether a periodic effect played in the last tick.
   bool shakes() const { return playing_scene_ != nullptr && core::shakes(*playing_scene_); }
 
@@ -178,17 +211,20 @@ class ControlLoop {
   bool host_is_there();
   bool must_let_go(const Order& order);
   void begin_passive(protocol::EventKind why);
-  void begin_fade(std::uint32_t ticks);
+  void begin_fade(Phase phase, std::uint32_t ticks);
+  bool may_take() const;
   void choose_torque(bool playing, core::ForceSource* other_force);
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
-  void set_state(protocol::State state, protocol::Owner owner = protocol::Owner::none);
+  void enter(Phase phase, protocol::Owner owner = protocol::Owner::none);
   void report_event(protocol::EventKind kind);
   void sample(float speed_rad_s, float desired_torque_nm, std::uint8_t saturated);
 
-  bool armed() const { return state_ == protocol::State::armed; }
-  bool plays() const { return armed() && !passive_; }
+  protocol::State state() const;
+  bool armed() const { return phase_ >= Phase::rising; }
+  bool fades() const { return phase_ >= Phase::passive; }
+  bool plays() const { return armed() && !fades(); }
   /// The next tick must decide anew.
   void call() { attention_.store(1, std::memory_order_release); }  // after the change
 
@@ -210,13 +246,10 @@ class ControlLoop {
 
   LoopConfig config_;
   core::ControllerState controller_;
-  protocol::State state_ = protocol::State::disarmed;
+  Phase phase_ = Phase::disarmed;
   protocol::Owner owner_ = protocol::Owner::none;  // none unless armed
   std::uint32_t game_idle_ticks_ = 0;
-  std::uint16_t faults_ = 0;
-  std::uint16_t causes_ = 0;  // faults whose cause is present now
-  bool unpowered_ = false;    // nobody was armed, and all that was latched may be for want of power
-  bool forgives_ = false;     // what was latched goes with its causes
+  Faults faults_;
   const core::Scene* scene_ = nullptr;
 
   core::LocalModel local_model_;
@@ -227,13 +260,10 @@ class ControlLoop {
 
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
-  std::uint32_t soft_start_ticks_left_ = 0;
-  bool changes_ = false;     // what plays beside the scene is decided anew in every tick
-  bool passive_ = false;     // fading out
-  bool letting_go_ = false;  // because somebody said so
-  std::uint32_t passive_ticks_left_ = 0;
-  float passive_motor_nm_ = 0;
-  float passive_step_nm_ = 0;  // per tick
+  bool changes_ = false;                 // what plays is decided anew in every tick
+  std::uint32_t phase_ticks_left_ = 0;   // until what rises or fades has done so
+  float fading_motor_nm_ = 0;
+  float fading_step_nm_ = 0;  // per tick
 
   std::uint8_t decimation_ = 0;
   std::uint8_t ticks_to_sample_ = 0;
@@ -243,12 +273,8 @@ class ControlLoop {
   game::ForceParams game_params_;  // of ticks that decide
 
  public:
-  // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
-  // that no arming comes between the question and what must not happen to an armed device.
-  std::atomic<std::uint32_t> held{0};
-  Ring<Answer, 16> answers;
+  Mailbox mail;
   game::Forces game{attention_, game_params_};
-  Ring<LoopSample, 64> samples;
 
  private:
   dial::Detents dial_;

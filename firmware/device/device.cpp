@@ -313,14 +313,14 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
 /// Keeps everybody from arming until release().
 /// @returns false if somebody has armed already
 bool Device::hold() {
-  loop_.held.store(1, std::memory_order_relaxed);
+  loop_.mail.held.store(1, std::memory_order_relaxed);
   if (!armed()) return true;
   release();
   return false;
 }
 
 void Device::release() {
-  loop_.held.store(bootloader_accepted_ ? 1 : 0, std::memory_order_relaxed);
+  loop_.mail.held.store(bootloader_accepted_ ? 1 : 0, std::memory_order_relaxed);
 }
 
 Order Device::save() {
@@ -419,15 +419,15 @@ Status Device::get_input(std::uint8_t id, protocol::ReportBytes& report) const {
 }
 
 bool Device::next_input(protocol::ReportBytes& report, bool early) {
-  if (const Answer* answer = loop_.answers.front()) {
+  if (const Answer* answer = loop_.mail.answers.front()) {
     report = encode_answer(*answer);
-    loop_.answers.pop();
+    loop_.mail.answers.pop();
     return true;
   }
   if (early && batch_.prompt()) return false;
   gather_telemetry();
   // A sample that did not fit sends the batch off before it is due.
-  if (!batch_.due(board_.control_period_ns) && (batch_.empty() || loop_.samples.empty())) {
+  if (!batch_.due(board_.control_period_ns) && (batch_.empty() || loop_.mail.samples.empty())) {
     return false;
   }
   report = protocol::encode(batch_.take());
@@ -438,12 +438,12 @@ void Device::gather_telemetry() {
   const SampleSteps steps{torque_step_nm(config_.actuator), kSpeedStepRadS};
   if (batch_.prompt()) {
     // The gap shows in the ticks.
-    while (loop_.samples.held() > protocol::samples_per_report) loop_.samples.pop();
+    while (loop_.mail.samples.held() > protocol::samples_per_report) loop_.mail.samples.pop();
   }
-  while (const LoopSample* sample = loop_.samples.front()) {
+  while (const LoopSample* sample = loop_.mail.samples.front()) {
     const bool waits = !batch_.prompt() && batch_.due(board_.control_period_ns);
     if (waits || !batch_.add(*sample, steps)) return;
-    loop_.samples.pop();
+    loop_.mail.samples.pop();
   }
 }
 
@@ -463,7 +463,7 @@ void Device::service() {
     scene_.taken();
     commit_given_ = false;
   }
-  if (loop_.answers.free() < 4) return;
+  if (loop_.mail.answers.free() < 4) return;
   const Incoming* incoming = inbox_.front();
   if (incoming == nullptr) return;
 

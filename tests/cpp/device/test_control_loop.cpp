@@ -51,9 +51,9 @@ struct Loop {
   State state() const { return loop->snapshot().state; }
   Status answer() {
     Status status = Status::ok;
-    while (const device::Answer* answer = loop->answers.front()) {
+    while (const device::Answer* answer = loop->mail.answers.front()) {
       if (!answer->is_event) status = static_cast<Status>(answer->acknowledgement.status);
-      loop->answers.pop();
+      loop->mail.answers.pop();
     }
     return status;
   }
@@ -109,7 +109,7 @@ TEST_CASE("an order that was refused before it came changes nothing and is answe
   order.acknowledged = false;
   loop.give(order);
   CHECK(loop.state() == State::disarmed);
-  const device::Answer* const answer = loop.loop->answers.front();
+  const device::Answer* const answer = loop.loop->mail.answers.front();
   REQUIRE(answer != nullptr);
   CHECK(answer->acknowledgement.status == static_cast<std::uint8_t>(Status::out_of_range));
   CHECK(answer->acknowledgement.field == 3);
@@ -150,13 +150,13 @@ TEST_CASE("events tell why the torque fades, and then that it is gone") {
   (void)loop.answer();
   loop.loop->set_connected(false);
   loop.tick();
-  const device::Answer* answer = loop.loop->answers.front();
+  const device::Answer* answer = loop.loop->mail.answers.front();
   REQUIRE((answer != nullptr && answer->is_event));
   CHECK(answer->event.kind == EventKind::watchdog);
   CHECK(answer->event.state == State::armed);
   (void)loop.answer();
   loop.tick(60);
-  answer = loop.loop->answers.front();
+  answer = loop.loop->mail.answers.front();
   REQUIRE((answer != nullptr && answer->is_event));
   CHECK(answer->event.kind == EventKind::state_changed);
   CHECK(answer->event.state == State::disarmed);
