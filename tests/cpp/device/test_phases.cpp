@@ -1,0 +1,166 @@
+// Every phase of the control loop meets every event. What must come of it is in the table of
+// docs/explanation/architecture.md.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "device/control_loop.hpp"
+
+using namespace torsio;
+using device::ControlLoop;
+using device::Order;
+using device::Phase;
+
+namespace {
+
+const std::vector<std::string> kNames{"disarmed", "fault",   "rising",
+                                      "playing",  "passive", "letting go"};
+
+struct Loop {
+  Loop() {
+    device::Config config;
+    config.control.law = protocol::Law::motor_only;
+    config.control.passive_ramp_s = 0.02F;
+    detents.on = true;
+    settings = device::make_loop_config(config, 1'000'000);
+    loop = std::make_unique<ControlLoop>(settings, game, detents);
+    tick();
+  }
+
+  void tick(int count = 1) {
+    for (; count > 0; --count) loop->tick(in);
+  }
+  /// Nobody is served while the device lets go: the order before it still waits.
+  void give(Order order) {
+    if (loop->takes_order()) loop->give(order);
+    tick();
+  }
+  void give(Order::Kind kind) {
+    Order order;
+    order.kind = kind;
+    give(order);
+  }
+  void fail() {
+    in.emergency_stop = true;
+    tick();
+    in.emergency_stop = false;
+    tick();
+  }
+
+  void bring_into(Phase phase) {
+    if (phase == Phase::fault) fail();
+    if (phase >= Phase::rising) give(Order::Kind::arm);
+    if (phase >= Phase::playing) tick(25);
+    if (phase == Phase::passive) pull_the_cable();
+    if (phase == Phase::letting_go) give(Order::Kind::disarm);
+    REQUIRE(loop->phase() == phase);
+  }
+  void pull_the_cable() {
+    loop->set_connected(false);
+    tick();
+    loop->set_connected(true);
+  }
+
+  device::LoopConfig settings;
+  device::game::ForceParams game;
+  device::dial::DetentParams detents;
+  std::unique_ptr<ControlLoop> loop;
+  device::TickInputs in;
+};
+
+const std::map<std::string, std::function<void(Loop&)>> kEvents{
+    {"the SDK arms", [](Loop& loop) { loop.give(Order::Kind::arm); }},
+    {"a game plays, or somebody turns the dial",
+     [](Loop& loop) {
+       loop.loop->want_dial(true);
+       loop.tick();
+     }},
+    {"`disarm` or `stop`", [](Loop& loop) { loop.give(Order::Kind::stop); }},
+    {"the host is silent or gone", [](Loop& loop) { loop.pull_the_cable(); }},
+    {"a local model is late",
+     [](Loop& loop) {
+       Order order;
+       order.kind = Order::Kind::local_model;
+       order.sequence = 1;
+       order.deadline_ticks = 1;
+       loop.give(order);
+       loop.tick(1);
+     }},
+    {"an experiment ends",
+     [](Loop& loop) {
+       Order order;
+       order.kind = Order::Kind::excite;
+       order.excitation.duration_ticks = 1;
+       order.excitation.travel_counts = 1000;
+       order.excitation.speed_limit_rad_s = 1000;
+       order.excitation.torque_limit_nm = 1;
+       loop.give(order);
+       loop.tick(2);
+     }},
+    {"the ramp is over", [](Loop& loop) { loop.tick(21); }},
+    {"a fault's cause appears", [](Loop& loop) { loop.fail(); }},
+    {"`clear_fault`", [](Loop& loop) { loop.give(Order::Kind::clear_fault); }},
+};
+
+/// The cells of a row of a table in Markdown.
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> found;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, '|');) {
+    const auto begin = cell.find_first_not_of(' ');
+    if (begin == std::string::npos) continue;
+    found.push_back(cell.substr(begin, cell.find_last_not_of(' ') + 1 - begin));
+  }
+  return found;
+}
+
+/// Event -> what becomes of each phase.
+std::map<std::string, std::vector<std::string>> table() {
+  std::ifstream file(TORSIO_TEST_DATA_DIR "/../../docs/explanation/architecture.md");
+  REQUIRE(file.good());
+  std::map<std::string, std::vector<std::string>> rows;
+  bool inside = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("| event | disarmed |")) {
+      inside = true;
+      REQUIRE(cells(line).size() == kNames.size() + 1);
+      for (std::size_t i = 0; i < kNames.size(); ++i) REQUIRE(cells(line)[i + 1] == kNames[i]);
+    } else if (inside && line.empty()) {
+      break;
+    } else if (inside && !line.starts_with("|--")) {
+      std::vector<std::string> row = cells(line);
+      REQUIRE(row.size() == kNames.size() + 1);
+      const std::string event = row.front();
+      row.erase(row.begin());
+      rows[event] = row;
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("every phase does with every event what the table of the architecture says") {
+  const auto rows = table();
+  REQUIRE(rows.size() == kEvents.size());
+  for (const auto& [event, happen] : kEvents) {
+    CAPTURE(event);
+    REQUIRE(rows.contains(event));
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      CAPTURE(kNames[i]);
+      Loop loop;
+      loop.bring_into(static_cast<Phase>(i));
+      happen(loop);
+      const std::string& told = rows.at(event)[i];
+      CHECK(kNames[static_cast<std::size_t>(loop.loop->phase())] ==
+            (told == "=" ? kNames[i] : told));
+    }
+  }
+}
