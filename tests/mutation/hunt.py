@@ -71,7 +71,7 @@ def copy_tree() -> None:
 
 def is_cpp(change: Change) -> bool:
     """Whether a change may be a choice at run time."""
-    return change.file.endswith(("pp",))
+    return change.file.endswith("pp")
 
 
 # --- choices ------------------------------------------------------------------------------------

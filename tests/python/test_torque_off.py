@@ -75,20 +75,6 @@ def fill_a_little(recording: torsio.RecordingFile) -> None:
         recording.note("mark", number=number, text=os.urandom(512).hex())
 
 
-def test_full_disk_that_is_found_at_the_end_leaves_nothing_armed(
-    armed: tuple[Device, torsio.Knob], tmp_path: Path
-) -> None:
-    made, knob = armed
-    with full_disk():
-        recording = knob.record_to(tmp_path / "x.mcap")
-        fill_a_little(recording)
-        with pytest.raises(OSError, match=FULL):
-            knob.__exit__()
-    assert not made.is_armed
-    assert made.is_closed
-    assert not knob.is_open
-
-
 def test_samples_outlive_a_full_disk_and_a_warning_that_is_an_error(
     armed: tuple[Device, torsio.Knob], tmp_path: Path
 ) -> None:
