@@ -39,16 +39,20 @@ class Writer {
     } else if constexpr (Structure<T>) {
       Layout<T>::fields.apply([&](const auto&... field) { (put(value.*field.member), ...); });
     } else {
-      auto bits = std::bit_cast<UnsignedOf<sizeof(T)>>(value);
-      for (std::size_t i = 0; i < sizeof(T); ++i) {
-        bytes_[at_++] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(bits) >> (8 * i));
-      }
+      put_bits(std::bit_cast<UnsignedOf<sizeof(T)>>(value), sizeof(T));
     }
   }
 
   constexpr std::size_t at() const { return at_; }
 
  private:
+  // Once for all fields: inlined in each it would take several kB of a small board's RAM.
+  [[gnu::noinline]] constexpr void put_bits(std::uint64_t bits, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i) {
+      bytes_[at_++] = static_cast<std::uint8_t>(bits >> (8 * i));
+    }
+  }
+
   std::span<std::uint8_t> bytes_;
   std::size_t at_ = 0;
 };
@@ -89,13 +93,10 @@ class Reader {
     }
   }
 
+  // Once for all fields of a type, likewise.
   template <class T, class FieldType>
-  constexpr void get_scalar(T& value, const FieldType& field) {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) {
-      bits |= static_cast<std::uint64_t>(bytes_[at_++]) << (8 * i);
-    }
-    const auto exact = static_cast<UnsignedOf<sizeof(T)>>(bits);
+  [[gnu::noinline]] constexpr void get_scalar(T& value, const FieldType& field) {
+    const auto exact = static_cast<UnsignedOf<sizeof(T)>>(take_bits(sizeof(T)));
     if constexpr (Enumeration<T>) {
       // An out-of-range number must never become an enumerator, not even for a moment. Open
       // enumerations have no range.
@@ -112,6 +113,14 @@ class Reader {
       }
       if (value < field.min || value > field.max) note(Status::out_of_range);
     }
+  }
+
+  constexpr std::uint64_t take_bits(std::size_t size) {
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      bits |= static_cast<std::uint64_t>(bytes_[at_++]) << (8 * i);
+    }
+    return bits;
   }
 
   constexpr void note(Status status) {
