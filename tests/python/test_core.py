@@ -17,15 +17,6 @@ def floats(*shape: int, seed: int = 1, scale: float = 1.0) -> npt.NDArray[np.flo
     return (scale * np.random.default_rng(seed).standard_normal(shape)).astype(np.float32)
 
 
-# Soft sensor
-
-
-# Brake model
-
-
-# Partition
-
-
 def test_partition_and_sensor_follow_the_papers_equations_over_a_record() -> None:
     """The law of the paper, tick by tick, against the second implementation."""
     actuator = reference.Actuator()
@@ -53,9 +44,6 @@ def test_partition_and_sensor_follow_the_papers_equations_over_a_record() -> Non
 def test_unknown_law_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="'wishful'"):
         core.PartitionParams(law="wishful")
-
-
-# Motion
 
 
 # Records

@@ -17,6 +17,7 @@ from tests.vm.guest.virtual_bus import TREE, VirtualBus, wait_for
 PROGRAM = TREE / "build/asan-ubsan/examples/game/safe"
 
 
+@pytest.mark.whole
 @pytest.mark.kernel("6.12")
 @pytest.mark.usefixtures("udev")
 def test_game_is_felt_at_the_knob_and_lets_go_when_interrupted(
@@ -30,16 +31,18 @@ def test_game_is_felt_at_the_knob_and_lets_go_when_interrupted(
     game = subprocess.Popen([PROGRAM, "--no-window"], stdout=subprocess.PIPE, text=True)
     with torsio.open(knob.serial) as opened:
         wait_for("all its forces", lambda: len(opened.game_effects()) == 9)
-        turn(knob, tmp_path, [(0.0, 0.0), (0.6, np.radians(100)), (1.0, np.radians(45))])
-        let_pass(knob, 1.2)
+        way = [(0.0, 0.0), (0.4, 60.0), (0.8, 60.0), (1.2, 100.0), (1.4, 100.0), (1.8, 30.0)]
+        turn(knob, tmp_path, [(time_s, float(np.radians(deg))) for time_s, deg in way])
+        let_pass(knob, 2.0)
         game.send_signal(signal.SIGINT)
         words, _ = game.communicate(timeout=30)
-        assert (game.returncode, words.count("open\n")) == (0, 2), words
+        assert game.returncode == 0
+        assert "open\n" in words
         wait_for("the game to let go", lambda: opened.health().owner == "none")
     _, angle, torque = read_log(bus, log)
     deg = np.degrees(angle)
     assert torque[deg > 99].min() < -0.99  # five springs: full torque within 5 degrees
-    assert np.abs(torque[(deg > 5) & (deg < 30)]).max() == pytest.approx(0.3, abs=0.06)
-    knock = (deg > 60) & (deg < 70)
-    assert np.ptp(torque[knock]) > 0.8
+    assert np.abs(torque[(deg > 5) & (deg < 28)]).max() == pytest.approx(0.3, abs=0.06)
+    # The notches alone push by 0.25 either way.
+    assert np.ptp(torque[(deg > 50) & (deg < 70)]) > 1.2
     assert np.abs(torque[-100:]).max() == 0
