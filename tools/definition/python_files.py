@@ -34,7 +34,7 @@ from typing import Final
 
 @dataclass(frozen=True)
 class BoardCost:
-    """What a tick costs on a board.
+    """Cost of a tick on a board.
 
     Attributes
     ----------
