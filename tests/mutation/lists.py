@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 HERE = Path(__file__).parent
+_BEFORE_STATEMENT = re.compile(r"(?:[;:{})]|\belse|\bdo)\s*\Z|\A\s*\Z")
+_COMMENT = re.compile(r"//[^\n]*|/\*[\s\S]*?\*/")
 
 
 class BadList(Exception):
@@ -197,6 +199,11 @@ def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> s
         if any(begin < other_end and other < end for other, other_end in cuts):
             raise BadList(f"{place.where}: overlaps another place; put its + lines there")
         replacements = [one.text for one in place.replacements]
+        is_statement = all(one.rstrip().endswith((";", "}")) for one in (inside, *replacements))
+        if is_statement and not _BEFORE_STATEMENT.search(_COMMENT.sub("", text[:begin])):
+            raise BadList(f"{place.where}: no whole statement; write the expression in it alone")
+        if any(re.search(r"[-+*/&|=<,]\s*$", one) for one in (inside, *replacements)):
+            raise BadList(f"{place.where}: no whole expression: it ends with an operator")
         cuts[begin, end] = list(zip(numbers, replacements, strict=True))
     return with_choices(text, cuts)
 
