@@ -130,13 +130,13 @@ def test_reset_begins_some_anew_and_leaves_the_others() -> None:
 
 def test_knobs_whose_state_is_set_go_on_to_the_bit() -> None:
     knobs, others = (Knobs(5, loops(), seeds=3, threads=n) for n in (1, 3))
-    knobs.step(70)
+    knobs.step(151)  # odd, and behind a corner of the hand
     state = knobs.state()
     others.set_state(state)
     pickled, copied = pickle.loads(pickle.dumps(others)), copy.copy(knobs)
     every = (knobs, others, pickled, copied)
     for same in every:
-        same.step(130)
+        same.step(49)
     assert len({bits(same.states) for same in every}) == 1
     assert bits(knobs.states[0]) == bits(alone(loops()[0], 3, 200))
     for bad, said in (
