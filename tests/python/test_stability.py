@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 import torsio
 from torsio import stability
 from torsio.cli import app
-from torsio.commands.stability import plant_of
 
 
 def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_hz: float) -> float:
@@ -142,7 +141,7 @@ def test_boundary_with_dampers_is_near_what_comes_to_rest(rate_hz: float) -> Non
 
 def test_plant_of_a_configuration_matches_it() -> None:
     actuator = replace(torsio.ActuatorConfig(), knob_coulomb_nm=4e-3, counts_per_rev=4096)
-    back = plant_of(actuator).matching_config()
+    back = stability.plant_of(actuator).matching_config()
     for name in ("knob_coulomb_nm", "counts_per_rev", "spring_stiffness_nm_per_rad"):
         assert getattr(back, name) == pytest.approx(getattr(actuator, name))
 
