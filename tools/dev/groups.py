@@ -256,6 +256,7 @@ GROUPS = {
         ("tests/making",),
         (*_BOARD_NEEDS, "hardware", "making"),
         (*_COVERED_BY_BOARDS, "hardware", "tests/hardware"),
+        {BOARDS_VARIABLE: "pico2"},
         slow=True,
     ),
     "slow": Group(

@@ -90,7 +90,7 @@ FAULTS = (
     Fault("supply_24v", "a supply of 24 V in place of 12", "doctor:supply",
           _electrics(supply_v=2.0)),
     Fault("supply_off", "the supply's fuse is blown", "doctor:supply",
-          happen=lambda world: world.set_supply(0.0)),
+          _electrics(supply_v=1e-3)),
     Fault("pull_down_missing", "the pull-down of the enable line is missing", "supply:pull_down",
           meter={"enable, board held in reset": 1.6}),
     Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",

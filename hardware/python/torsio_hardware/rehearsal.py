@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -23,7 +24,7 @@ _CAPS: dict[str, Any] = {
     "brake_torque_cap_nm": 0.015,
     "speed_limit_rad_s": 10.0,
 }
-_DRAG_NM = 0.01
+_DRAG_NM, _TURN_S = 0.01, 0.5
 _PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
 # What each finding means, in the order in which one looks.
 CAUSES = {
@@ -118,8 +119,8 @@ def _turn(bench: Bench) -> Seen:
     """Turn the knob by hand, once, and let go."""
     device = bench.device
     begin = device.position_rad()
-    bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (2.0, begin + 2 * math.pi)]))
-    device.sleep(2.2)
+    bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (_TURN_S, begin + 2 * math.pi)]))
+    device.sleep(_TURN_S + 0.1)
     bench.world.set_hand(NoHand())
     counts = (device.position_rad() - begin) / (2 * math.pi) * bench.knob.number("counts_per_rev")
     low, high = bench.knob.expected()[0][2]
@@ -173,6 +174,9 @@ def _stop(bench: Bench) -> Seen:
     pressed = "emergency_stop" in device.faults()
     bench.world.set_emergency_stop(pressed=False)
     device.sleep(0.1)
+    others = [fault for fault in device.faults() if fault != "emergency_stop"]
+    if others:
+        return Seen("stop", "torsio monitor", f"faults: {', '.join(others)}", f"doctor:{others[0]}")
     device.clear_fault()
     text = "pressed: fault emergency_stop; released and cleared: disarmed"
     return Seen("stop", "torsio monitor", text, "" if pressed else "stop:not_seen")
@@ -282,7 +286,11 @@ def run(
 ) -> Seen | None:
     """Go through the steps of first power until one shows something wrong, and return that."""
     for step in steps:
-        seen = step(bench)
+        with warnings.catch_warnings():
+            # Of a board whose parts are not confirmed yet, as here.
+            warnings.simplefilter("ignore", torsio.HeldLowWarning)
+            warnings.simplefilter("ignore", torsio.SceneWarning)
+            seen = step(bench)
         tell(seen)
         if seen.finding:
             return seen

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import random
 import sys
-import warnings
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated
@@ -73,8 +72,7 @@ def rehearse(
         chosen = faults.named(fault) if fault else None
         if blind is not None:
             chosen = random.Random(blind).choice(faults.FAULTS)
-        with warnings.catch_warnings(), _bench(knob, chosen, blind, chip=chip) as bench:
-            warnings.simplefilter("ignore", torsio.SceneWarning)
+        with _bench(knob, chosen, blind, chip=chip) as bench:
             steps = rehearsal.STEPS[:-2] if chip else rehearsal.STEPS
             seen = rehearsal.run(bench, _tell_step, steps)
     except (ValueError, OSError, torsio.Error) as error:
