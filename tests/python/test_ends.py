@@ -414,3 +414,20 @@ def test_signal_ends_a_program_at_once(stop: signal.Signals) -> None:
         process.stdout.readline()
         process.send_signal(stop)
         assert process.wait(20) == -stop
+
+
+def test_what_a_callback_raises_is_shown_and_ends_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shown: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda args: shown.append(args.exc_value))
+
+    def fail(_: torsio.Event) -> None:
+        raise RuntimeError("of the callback")
+
+    with torsio.open("emulated") as knob:
+        knob.on_event(fail)
+        knob.arm()
+        knob.disarm()
+        knob.on_event(None)
+    assert [str(error) for error in shown] == ["of the callback"] * 2

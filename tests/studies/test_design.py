@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
 from torsio.cli import app
@@ -300,3 +302,26 @@ def test_command_takes_the_laws_whose_springs_can_swing() -> None:
     refused = CliRunner().invoke(app, ["study", "design", "--law", "calibrated"])
     assert refused.exit_code == 2
     assert "is not one of paper, compensated" in " ".join(refused.output.split())
+
+
+@given(st.integers(8, 300), st.integers(2, 8), st.integers(1, 40))
+def test_batches_hold_every_device_once(count: int, side: int, size: int) -> None:
+    work = list(devices.batches(count, side, "paper", size))
+    assert len(set(work)) == len(work)
+    groups = Counter(batch.group for batch in work for _ in batch.designs)
+    assert groups == {"sample": count, f"map_rate_{side}": side**2, f"map_beta_{side}": side**2}
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 9), st.one_of(st.integers(0, 9), st.just(math.nan))), max_size=30
+    )
+)
+def test_rank_correlation_agrees_with_scipy(pairs: list[tuple[float, float]]) -> None:
+    a, b = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
+    known = np.isfinite(b)
+    found = figure.rank_correlation(a, b)
+    if known.sum() < 2 or np.ptp(a[known]) == 0 or np.ptp(b[known]) == 0:
+        assert found == 0.0
+    else:
+        assert found == pytest.approx(float(spearmanr(a[known], b[known]).statistic), abs=1e-9)
