@@ -216,3 +216,24 @@ def test_knob_says_who_and_how_it_is(knob: Knob) -> None:
 
 def test_emulated_device_is_always_listed_last() -> None:
     assert torsio.list_devices()[-1].path == "emulated"
+
+
+def test_record_at_a_rate_takes_every_nth_tick(knob: Knob) -> None:
+    log = knob.record(duration_s=1.0, rate_hz=100.0)
+    assert len(log) == 100
+    assert np.all(np.diff(log["tick"]) == 10)
+
+
+def test_rate_that_this_knob_has_not_is_refused_with_those_it_has(knob: Knob) -> None:
+    message = "rate_hz is 4000, allowed are 3.921569 to 1000 Hz with this knob; without a rate"
+    with pytest.raises(torsio.InvalidArgument, match=message):
+        knob.start_telemetry(4000.0)
+    with pytest.raises(torsio.InvalidArgument, match="rate_hz is 0"):
+        knob.start_telemetry(0.0)
+
+
+def test_telemetry_iterator_gives_what_was_asked(knob: Knob) -> None:
+    chunks = list(knob.telemetry(duration_s=0.5, max_samples=64))
+    assert max(len(chunk) for chunk in chunks) <= 64
+    assert np.all(np.diff(np.concatenate(chunks)["tick"]) == 1)
+    assert sum(len(chunk) for chunk in chunks) == 500
