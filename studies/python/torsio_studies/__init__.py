@@ -20,6 +20,7 @@ STUDIES: Final[dict[str, str]] = {
     "falsify": "A search that tries to break the law with any knob, belief, scene and hand.",
     "impact": "Whether a wall's knock is at the knob as it was asked for.",
     "fidelity": "Error against speed of every way to simulate the knob, MuJoCo among them.",
+    "enclosure": "The exact stepper beside ball arithmetic: errors with digits that are proven.",
     "trade": "Which parts and which control rate the simulation of each scene needs.",
     "extremes": "Where numbers break, and what holds there.",
 }

@@ -83,7 +83,7 @@ def _add(name: str, about: str) -> None:
 
 # A study with options of its own has its command below instead, and passes them as settings.
 for _name, _about in STUDIES.items():
-    if _name not in ("calibration", "design", "falsify", "trade"):
+    if _name not in ("calibration", "design", "enclosure", "falsify", "trade"):
         _add(_name, _about)
 
 
@@ -148,6 +148,21 @@ def falsify(
 ) -> None:
     """Run the search; an interrupted one goes on where it was."""
     run("falsify", context)
+
+
+@app.command("enclosure", help=STUDIES["enclosure"])
+def enclosure(
+    context: typer.Context,
+    as_json: AsJson = False,
+    out: Out = Path("out"),
+    quick: Quick = False,
+    plants: Annotated[
+        int | None, typer.Option("--plants", min=1, help="Random ones; 200 if unset.")
+    ] = None,
+    workers: Workers = None,
+) -> None:
+    """Enclose the scenes of the study `fidelity`, and random plants."""
+    run("enclosure", context)
 
 
 @app.command("trade", help=STUDIES["trade"])

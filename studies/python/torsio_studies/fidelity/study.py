@@ -71,7 +71,8 @@ class Scenario:
         return largest, rms
 
 
-def _hands(quick: bool) -> dict[int, tuple[str, Hand, float]]:
+def visits(quick: bool) -> dict[int, tuple[str, Hand, float]]:
+    """Give what happens in each scenario: in words, the hand, and for how long."""
     push = wall.hand()
     cut = TorqueHand(torque_nm=[(0.0, 0.0), (0.3, 0.05), (0.6, 0.05), (0.6, 0.0)])
     duration_s, cut_duration_s = 2.4, 1.6
@@ -279,7 +280,7 @@ def run(study: Study) -> Results:
     steps_us = QUICK_STEPS_US if study.quick else STEPS_US
     mujoco_steps_us = QUICK_STEPS_US if study.quick else MUJOCO_STEPS_US
     scenarios = []
-    for number, (about, hand, duration_s) in _hands(study.quick).items():
+    for number, (about, hand, duration_s) in visits(study.quick).items():
         scenario = _prepare(study, number, about, hand, duration_s)
         scenarios.append(scenario)
         label = f"scenario {number}: own methods"
@@ -295,7 +296,7 @@ def run(study: Study) -> Results:
 
 def _together(study: Study, summary: dict[str, Any]) -> Results:
     """Many knobs at once, with the hand of scenario 2 and MuJoCo's best settings there."""
-    _, hand, duration_s = _hands(study.quick)[2]
+    _, hand, duration_s = visits(study.quick)[2]
     assert isinstance(hand, ImpedanceHand)
     known = {one.as_text(): one for one in _candidates(False)}
     best = str((summary["mujoco"] or {}).get("settings"))

@@ -1,0 +1,1 @@
+"""The emulator beside what ball arithmetic proves."""

@@ -1,0 +1,417 @@
+"""The plant's motion enclosed: every number is a ball that provably holds the true one.
+
+Between events the equations are linear, so a matrix exponential in ball arithmetic (Arb, by
+python-flint) moves the state. An event is where a linear function of the state becomes 0. The first
+zero is proven: before it the function's enclosure is positive, its derivative has one sign there,
+and Newton's method in intervals narrows it. Parameters and commands are the exact values of their
+64-bit numbers.
+
+Two things are taken for granted. A function that an event has just made 0 is exactly 0 there. An
+event within 1e-45 s of the end of a piece of time happens at the begin of the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from flint import arb, arb_mat, ctx
+
+from torsio.plant import PlantParams
+from torsio_studies.fidelity.truth import HandTorque
+
+__all__ = ["DIGITS", "Enclosure", "UndecidedError", "enclose"]
+
+DIGITS: Final = 50
+_A, _P, _B, _WA, _WP, _WB, _TM, _TB, _F, _S, _CM, _CB, _ONE = range(13)
+_TIE: Final = 1e-45  # s
+_HALVINGS: Final = 60
+_NEWTON: Final = 40
+
+Row = dict[int, Any]
+
+
+class UndecidedError(ArithmeticError):
+    """Two events are too near to be told apart, or a function touches 0."""
+
+
+def _matrix(rows: Sequence[Row]) -> Any:
+    found = arb_mat(len(rows), _ONE + 1)
+    for number, row in enumerate(rows):
+        for column, value in row.items():
+            found[number, column] = value
+    return found
+
+
+def _sum(*terms: tuple[Any, Row]) -> Row:
+    """Give a sum of multiples of linear functions."""
+    total: Row = {}
+    for factor, row in terms:
+        for column, value in row.items():
+            total[column] = total.get(column, arb(0)) + factor * value
+    return total
+
+
+class Enclosure:
+    """A plant from rest at angle 0, under commands and a hand's torque.
+
+    Attributes
+    ----------
+    state
+        Angles and speeds of knob, pulley and brake, the torques, and what is held: a column.
+    events
+        What has happened, by name, in order.
+    """
+
+    def __init__(self, plant: PlantParams, hand: HandTorque, *, digits: int) -> None:
+        """Take the parameters as they are, and compute with so many digits."""
+        ctx.dps = digits
+        self.plant, self.hand = plant, hand
+        self.state = arb_mat(_ONE + 1, 1)
+        self.state[_ONE, 0] = arb(1)
+        self.friction = [0, 0]
+        self.bend = 1 if plant.shaft_hardening else None
+        self.cog = 0 if plant.cogging else None
+        self.events: list[str] = []
+        self._time_s = arb(0)
+        self._settled_nm = arb(0)
+        self._modes = cache(self._mode)
+        self._powers = cache(self._power)
+
+    def advance(self, end_s: float, motor_command_nm: float, brake_command_nm: float) -> None:
+        """Go on to a time while these commands are held."""
+        command = min(max(brake_command_nm, 0.0), self.plant.brake_limit_nm)
+        limit = self.plant.motor_limit_nm
+        self.state[_CM, 0] = arb(min(max(motor_command_nm, -limit), limit))
+        if play := self.plant.brake_hysteresis:
+            low, high = arb(command) - play.half_width_nm, arb(command) + play.half_width_nm
+            settled = self._settled_nm
+            settled = low if settled < low else high if settled > high else settled
+            self._settled_nm = arb(0) if settled < 0 else settled
+        else:
+            self._settled_nm = arb(command)
+        self.state[_CB, 0] = self._settled_nm
+        now_s = float(self._time_s.mid())
+        while now_s < end_s:
+            force, slope, piece_end_s = self._hand_at(now_s)
+            self.state[_F, 0], self.state[_S, 0] = force, slope
+            until_s = min(end_s, piece_end_s)
+            self._go(arb(until_s) - arb(now_s))
+            now_s = until_s
+        self._time_s = arb(end_s)
+
+    def angles(self) -> tuple[Any, Any]:
+        """Give the balls of the knob's angle and of the brake's."""
+        return self.state[_A, 0], self.state[_B, 0]
+
+    def _hand_at(self, now_s: float) -> tuple[Any, Any, float]:
+        """Give force and slope, exactly, as `HandTorque.piece` gives them rounded."""
+        times, values, hand = self.hand.corners_s, self.hand.values, self.hand
+        after = int(np.searchsorted(times, now_s, side="right"))
+        slope = arb(0)
+        value = arb(float(values[max(after - 1, 0)]))
+        end_s = float(times[after]) if after < len(times) else float("inf")
+        if 0 < after < len(times):
+            begin_s = arb(float(times[after - 1]))
+            slope = (arb(float(values[after])) - value) / (arb(end_s) - begin_s)
+            value += slope * (arb(now_s) - begin_s)
+        if hand.stiffness_nm_per_rad == hand.damping_nm_s_per_rad == 0.0:
+            return value, slope, end_s
+        stiffness, damping = arb(hand.stiffness_nm_per_rad), arb(hand.damping_nm_s_per_rad)
+        return stiffness * value + damping * slope, stiffness * slope, end_s
+
+    # The equations -------------------------------------------------------------------------
+
+    def _key(self) -> tuple[Any, ...]:
+        return (*self.friction, self.bend, self.cog)
+
+    def _shaft(self, bend: int | None) -> Row:
+        """Give the torque of the spring: what it takes from the knob."""
+        plant = self.plant
+        other, other_speed = (_P, _WP) if plant.belt else (_B, _WB)
+        stiffness, rest = arb(plant.shaft_stiffness_nm_per_rad), arb(0)
+        if plant.shaft_hardening and bend != 1:
+            factor = arb(plant.shaft_hardening.stiffness_factor)
+            rest = (1 if bend == 2 else -1) * arb(plant.shaft_hardening.knee_rad) * (1 - 1 / factor)
+            stiffness *= factor
+        damping = arb(plant.shaft_damping_nm_s_per_rad)
+        return {
+            _A: stiffness, other: -stiffness, _ONE: -stiffness * rest,
+            _WA: damping, other_speed: -damping,
+        }  # fmt: skip
+
+    def _cogging(self, cog: int | None) -> Row:
+        if self.plant.cogging is None or cog is None:
+            return {}
+        wave = [arb(one) for one in self.plant.cogging.torque_nm]
+        begin, end = wave[cog % len(wave)], wave[(cog + 1) % len(wave)]
+        slope = (end - begin) / self._piece_rad()
+        return {_A: slope, _ONE: begin - slope * cog * self._piece_rad()}
+
+    def _piece_rad(self) -> Any:
+        cogging = self.plant.cogging
+        assert cogging is not None
+        return 2 * arb.pi() / (cogging.periods_per_rev * len(tuple(cogging.torque_nm)))
+
+    def _demands(self, bend: int | None, cog: int | None) -> tuple[Row, Row, Row]:
+        """Give what moves knob, pulley and brake, but for friction."""
+        plant, hand = self.plant, self.hand
+        shaft = self._shaft(bend)
+        losses = arb(plant.knob_viscous_nm_s_per_rad) + arb(hand.damping_nm_s_per_rad)
+        knob = _sum(
+            (1, {_F: arb(1), _TM: arb(1), _A: -arb(hand.stiffness_nm_per_rad), _WA: -losses}),
+            (1, self._cogging(cog)), (-1, shaft),
+        )  # fmt: skip
+        brake_losses = {_WB: -arb(plant.brake_viscous_nm_s_per_rad)}
+        if plant.belt is None:
+            return knob, {}, _sum((1, shaft), (1, brake_losses))
+        stiffness, damping = (
+            arb(plant.belt.stiffness_nm_per_rad),
+            arb(plant.belt.damping_nm_s_per_rad),
+        )
+        belt = {_P: stiffness, _B: -stiffness, _WP: damping, _WB: -damping}
+        return knob, _sum((1, shaft), (-1, belt)), _sum((1, belt), (1, brake_losses))
+
+    def _capacities(self) -> tuple[Row, Row]:
+        plant = self.plant
+        return {_ONE: arb(plant.knob_coulomb_nm)}, {_TB: arb(1), _ONE: arb(plant.brake_drag_nm)}
+
+    def _mode(self, key: tuple[Any, ...]) -> tuple[Any, list[tuple[str, Any]]]:
+        """Give the matrix of a mode, and the functions that stay positive in it."""
+        *friction, bend, cog = key
+        plant = self.plant
+        demands = self._demands(bend, cog)
+        capacities = self._capacities()
+        pulley = arb(plant.belt.pulley_inertia_kg_m2) if plant.belt else arb(1)
+        inertia = (
+            arb(plant.knob_inertia_kg_m2) + arb(self.hand.inertia_kg_m2),
+            arb(plant.brake_inertia_kg_m2) - (pulley if plant.belt else 0),
+        )
+        rows: list[Row] = [{} for _ in range(_ONE + 1)]
+        stays: list[tuple[str, Row]] = []
+        ends = (("knob", _A, _WA, demands[0]), ("brake", _B, _WB, demands[2]))
+        for end, (name, angle, speed, demand) in enumerate(ends):
+            way = friction[end]
+            if way:
+                rows[angle] = {speed: arb(1)}
+                left = _sum((1, demand), (-way, capacities[end]))
+                rows[speed] = _sum((1 / inertia[end], left))
+                stays.append((f"{name} stops", {speed: arb(way)}))
+            else:
+                for sign in (1, -1):
+                    held = _sum((1, capacities[end]), (-sign, demand))
+                    stays.append((f"{name} starts", held))
+        if plant.belt:
+            rows[_P], rows[_WP] = {_WP: arb(1)}, _sum((1 / pulley, demands[1]))
+        for torque, command, lag_s in (
+            (_TM, _CM, plant.motor_time_constant_s), (_TB, _CB, plant.brake_time_constant_s),
+        ):  # fmt: skip
+            rate = 1 / arb(lag_s)
+            rows[torque] = {command: rate, torque: -rate}
+        rows[_F] = {_S: arb(1)}
+        stays += self._bounds(bend, cog)
+        return _matrix(rows), [(name, _matrix([row])) for name, row in stays]
+
+    def _bounds(self, bend: int | None, cog: int | None) -> list[tuple[str, Row]]:
+        """Give what keeps the shaft between its knees and the knob on a piece of cogging."""
+        found: list[tuple[str, Row]] = []
+        if self.plant.shaft_hardening and bend is not None:
+            knee = arb(self.plant.shaft_hardening.knee_rad)
+            twist = {_A: arb(1), (_P if self.plant.belt else _B): arb(-1)}
+            sides = ((-1, 1), (1, 1)) if bend == 1 else ((1, -1),) if bend == 2 else ((-1, -1),)
+            found += [("knee", _sum((way, twist), (of, {_ONE: knee}))) for way, of in sides]
+        if cog is not None:
+            piece = self._piece_rad()
+            found.append(("cogging", {_A: arb(1), _ONE: -cog * piece}))
+            found.append(("cogging", {_A: arb(-1), _ONE: (cog + 1) * piece}))
+        return found
+
+    # The proof -----------------------------------------------------------------------------
+
+    def _power(self, key: tuple[Any, ...], level: int) -> tuple[Any, Any, Any]:
+        """Give the flow of a piece of time, that of all times within it, and its width."""
+        matrix = self._modes(key)[0]
+        width = arb(2) ** -level
+        within = arb(float(2.0 ** (-level - 1)), float(2.0 ** (-level - 1)))
+        return (matrix * width).exp(), (matrix * within).exp(), width
+
+    def _go(self, left: Any) -> None:
+        """Go on for a time in which nothing jumps."""
+        self._let_go()
+        touched = ""
+        while True:
+            found = self._first(left, touched)
+            if found is None:
+                return
+            at, name, number = found
+            left = left - at
+            touched = self._switch(name, number)
+
+    def _let_go(self) -> None:
+        """Let what is at rest go if more pulls than friction holds."""
+        demands, capacities = self._demands(self.bend, self.cog), self._capacities()
+        for end, demand in ((0, demands[0]), (1, demands[2])):
+            for sign in (1, -1):
+                over = _sum((sign, demand), (-1, capacities[end]))
+                if not self.friction[end] and self._value(_matrix([over])) > 0:
+                    self.friction[end] = sign
+        self._leave_corner()
+
+    def _leave_corner(self) -> None:
+        """Take the piece of cogging that a knob goes into which starts on a corner, backwards."""
+        if self.cog is not None and self.friction[0] < 0:
+            corner = {_A: arb(1), _ONE: -self.cog * self._piece_rad()}
+            self.cog -= bool(self._value(_matrix([corner])).contains(0))
+
+    def _value(self, function: Any) -> Any:
+        return (function * self.state)[0, 0]
+
+    def _first(self, left: Any, touched: str) -> tuple[Any, str, int] | None:
+        """Move the state to the first event, or to the end; give when, and what it is."""
+        key, gone = self._key(), arb(0)
+        matrix, stays = self._modes(key)
+        level = 14  # 61 us, about the motor's lag
+        while True:
+            flow, within, width = self._powers(key, level)
+            is_last = not (width < left - gone)
+            if is_last:
+                width = left - gone
+                flow = (matrix * width).exp()
+                span = arb(0).union(width)
+                within = (matrix * span).exp()
+            spans = None if is_last else level
+            roots = [
+                (root, name, number)
+                for number, (name, function) in enumerate(stays)
+                if (
+                    root := self._root(key, function, (flow, within, width), spans, name == touched)
+                )
+                is not None
+            ]
+            if roots:
+                root, name, number = min(roots, key=lambda one: float(one[0].mid()))
+                others = [other for other, _, place in roots if place != number]
+                if any(not root < other for other in others):
+                    raise UndecidedError(f"{name} and another event at the same time")
+                self.state = (matrix * root).exp() * self.state
+                return gone + root, name, number
+            self.state = flow * self.state
+            gone, touched = gone + width, ""
+            if is_last:
+                return None
+
+    def _root(
+        self, key: Any, function: Any, power: tuple[Any, Any, Any], level: int | None, is_zero: bool
+    ) -> Any:
+        """Give where a function first becomes 0 in a piece of time from the state on, or None."""
+        matrix = self._modes(key)[0]
+        todo = [(arb(0), self.state, power, level, is_zero, 0)]
+        while todo:
+            at, here, power, level, zero, depth = todo.pop()
+            verdict = self._looks(function, matrix, here, power, zero)
+            if verdict == "none":
+                continue
+            if verdict == "one":
+                return at + self._newton(function, matrix, here, power[2])
+            if depth > _HALVINGS:
+                raise UndecidedError("a function touches 0")
+            half, finer = power[2] / 2, None if level is None else level + 1
+            if finer is None:
+                part = (matrix * half).exp(), (matrix * arb(0).union(half)).exp(), half
+            else:
+                part = self._powers(key, finer)
+            todo.append((at + half, part[0] * here, part, finer, False, depth + 1))
+            todo.append((at, here, part, finer, zero, depth + 1))
+        return None
+
+    @staticmethod
+    def _looks(
+        function: Any, matrix: Any, here: Any, power: tuple[Any, Any, Any], zero: bool
+    ) -> str:
+        """Say whether a function surely has no zero in a piece of time, surely one, or neither."""
+        flow, within, _ = power
+        all_of_it = within * here
+        slope = function * matrix
+        rate = (slope * all_of_it)[0, 0]
+        if rate > 0 or (not zero and (function * all_of_it)[0, 0] > 0):
+            return "none"
+        begin = (function * here)[0, 0]
+        if rate == 0 and begin >= 0:  # such as of a knob that is held
+            return "none"
+        if not rate < 0 and (begin == 0 or (zero and begin.contains(0))):
+            # It rises from 0, if slowly: the first derivative that is not 0 is positive.
+            curve = slope * matrix
+            rises = (curve * all_of_it)[0, 0] > 0 or ((curve * matrix) * all_of_it)[0, 0] > 0
+            return "none" if rises else "?"
+        if rate < 0:
+            end = (function * (flow * here))[0, 0]
+            if end > 0 or (end.contains(0) and end.rad() < _TIE * abs(rate.mid())):
+                return "none"
+            if end < 0:
+                return "one"
+        return "?"
+
+    @staticmethod
+    def _newton(function: Any, matrix: Any, state: Any, width: Any) -> Any:
+        """Narrow the only zero of a falling function."""
+        span, slope = arb(-_TIE).union(width), function * matrix
+        for _ in range(_NEWTON):
+            middle = arb(span.mid())
+            value = (function * ((matrix * middle).exp() * state))[0, 0]
+            rate = (slope * ((matrix * span).exp() * state))[0, 0]
+            narrower = middle - value / rate
+            if not narrower.overlaps(span):
+                raise UndecidedError("an event belongs to a moment before")
+            narrower = narrower.intersection(span)
+            if not float(narrower.rad()) < 0.5 * float(span.rad()):
+                return narrower
+            span = narrower
+        return span
+
+    def _switch(self, name: str, number: int) -> str:
+        """Go over to what follows an event; give what is exactly 0 from there on."""
+        self.events.append(name)
+        end = 1 if name.startswith("brake") else 0
+        way = self._modes(self._key())[1][number][1]
+        if name.endswith("starts"):
+            held_other = self._modes(self._key())[1][number - 1][0] == name
+            self.friction[end] = -1 if held_other else 1
+            self._leave_corner()
+            return name.replace("starts", "stops")
+        if name.endswith("stops"):
+            self.state[(_WA, _WB)[end], 0] = arb(0)
+            self.friction[end] = 0
+            self._let_go()
+            return name if self.friction[end] else ""
+        if name == "cogging":
+            assert self.cog is not None
+            self.cog += 1 if way[0, _A] < 0 else -1
+            return name
+        self.bend = (2 if way[0, _A] < 0 else 0) if self.bend == 1 else 1
+        return name
+
+
+def enclose(
+    plant: PlantParams,
+    hand: HandTorque,
+    motor_nm: npt.NDArray[np.float64],
+    brake_nm: npt.NDArray[np.float64],
+    *,
+    period_s: float,
+    digits: int,
+) -> tuple[list[tuple[Any, Any]], Enclosure, list[int]]:
+    """Give the angles' balls at the ends of the periods, the run, and the events up to each.
+
+    A ball about a turning state grows tenfold in some eight periods, so `digits` are lost on the
+    way; the balls say how many are left.
+    """
+    run = Enclosure(plant, hand, digits=digits)
+    balls, counts = [], []
+    for number, (motor, brake) in enumerate(zip(motor_nm, brake_nm, strict=True)):
+        run.advance((number + 1) * period_s, float(motor), float(brake))
+        balls.append(run.angles())
+        counts.append(len(run.events))
+    return balls, run, counts

@@ -1,0 +1,101 @@
+"""Balls that hold the plant's motion: against closed forms in decimals, and the emulator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from decimal import Decimal, getcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import arb
+
+import torsio
+from torsio.hands import TorqueHand
+from torsio_studies.enclosure.balls import DIGITS, enclose
+from torsio_studies.enclosure.study import evaluate, random_case, scenes
+from torsio_studies.execution import execute
+from torsio_studies.fidelity.truth import hand_torque
+
+PUSH_NM, PUSHED_S = 0.05, 0.25
+# A knob by itself; every number is exact in binary.
+ALONE = torsio.PlantParams(
+    knob_inertia_kg_m2=2.0**-14, knob_viscous_nm_s_per_rad=2.0**-12, knob_coulomb_nm=2.0**-7,
+    shaft_stiffness_nm_per_rad=0.0, shaft_damping_nm_s_per_rad=0.0,
+)  # fmt: skip
+
+
+def coasted() -> tuple[Decimal, Decimal]:
+    """Give where a push ends, and where the knob then comes to rest, in decimals."""
+    getcontext().prec = DIGITS + 30
+    inertia, losses, friction = Decimal(2) ** -14, Decimal(2) ** -12, Decimal(2) ** -7
+    push, pushed = Decimal(PUSH_NM), Decimal(PUSHED_S)
+    decay = inertia / losses
+    final = (push - friction) / losses
+    speed = final * (1 - (-pushed / decay).exp())
+    angle = final * pushed - decay * speed
+    # J w' = -f - b w, until w is 0.
+    stops = decay * (1 + speed * losses / friction).ln()
+    return angle, angle + decay * speed - friction / losses * stops
+
+
+def holds(ball: Any, value: Decimal) -> bool:
+    """Say whether all of a ball is within the digits of a decimal that has more of them."""
+    return bool(abs(ball - arb(str(value))) < 10.0**-DIGITS)
+
+
+def test_balls_hold_the_closed_form_of_a_knob_that_is_pushed_and_stops_by_itself() -> None:
+    hand = TorqueHand(torque_nm=[(0.0, PUSH_NM), (PUSHED_S, PUSH_NM), (PUSHED_S, 0.0)])
+    ticks = 1024
+    nothing = np.zeros(ticks)
+    balls, run, _ = enclose(
+        ALONE, hand_torque(hand), nothing, nothing, period_s=2.0**-10, digits=90
+    )
+    pushed, rests = coasted()
+    assert run.events == ["knob stops"]
+    assert holds(balls[255][0], pushed)
+    assert holds(balls[-1][0], rests)
+    # Nothing else: a unit in the 40th place is outside.
+    assert not holds(balls[-1][0], rests + Decimal(10) ** -40)
+
+
+@pytest.mark.parametrize("number", [2, 5, 8])
+def test_emulator_is_within_rounding_of_the_truth_with_every_part(number: int) -> None:
+    (row,) = evaluate(random_case(number, 20))
+    assert row["decided"]
+    assert row["events"] > 0
+    assert row["digits"] >= DIGITS
+    assert row["error"] < 1e-12
+    assert max(row["losses"].values()) < 1e-12
+
+
+def test_ball_tells_a_parameter_from_the_next_one() -> None:
+    case = random_case(5, 20)
+    inertia = float(np.nextafter(case.plant.knob_inertia_kg_m2, 1.0))
+    plants = case.plant, replace(case.plant, knob_inertia_kg_m2=inertia)
+    commands = np.array(case.motor_nm), np.array(case.brake_nm)
+    torque = hand_torque(case.hand)
+    ends = [enclose(p, torque, *commands, period_s=1e-3, digits=150)[0][-1][0] for p in plants]
+    assert not ends[0].overlaps(ends[1])
+    assert abs(ends[0] - ends[1]) < 1e-12
+    assert max(ends[0].rad(), ends[1].rad()) < 10.0**-DIGITS
+
+
+def test_scene_of_the_study_is_exact_to_rounding_and_scipy_to_its_tolerance() -> None:
+    case = scenes(quick=True)[1]
+    few = replace(case, motor_nm=case.motor_nm[:100], brake_nm=case.brake_nm[:100])
+    (row,) = evaluate(few)
+    assert row["digits"] >= DIGITS
+    assert row["error"] < 1e-14
+    assert row["error"] < row["scipy_error"] < 1e-8
+
+
+@pytest.mark.slow
+def test_study_encloses_its_scenes_and_200_random_plants(tmp_path: Path) -> None:
+    results = execute("enclosure", out=tmp_path)
+    assert len(results["rows"]) == 202
+    assert results["undecided"] == 0
+    assert results["least_digits"] >= DIGITS
+    assert results["worst"]["error"] < 1e-9
+    assert (tmp_path / "enclosure_errors.png").stat().st_size > 10_000
