@@ -214,7 +214,7 @@ GROUPS = {
             *("tests/test_guides.py", "tests/test_hardware_guide.py", "tests/test_site.py"),
             *("tests/test_troubleshooting.py", "tests/test_prose.py", "tests/test_results.py"),
         ),
-        ("release", "python", "page", "documents"),
+        ("release", "python", "hardware", "page", "documents"),
         (
             *_PAGES,
             *_LIBRARIES,
