@@ -9,18 +9,12 @@ from pathlib import Path
 
 import pytest
 
-_DEVELOPMENT = "runs what a tree has built, which a wheel does not have"
 _FORK = "is about fork, Unix's signals or pipes"
 _LINUX = "is about Linux's own files and drivers"
 _PATHS = "opens a file of Linux by its path"
 _TREE = "is about a package that pip has installed from a tree, not as a wheel"
 # Modules that cannot be imported there, or of which nothing could run.
 FILES = {
-    "test_bench_batch.py": _DEVELOPMENT,
-    "test_bench_emulator.py": _DEVELOPMENT,
-    "test_bench_games.py": _DEVELOPMENT,
-    "test_bench_host.py": _DEVELOPMENT,
-    "test_bench_usb.py": _DEVELOPMENT,
     "test_dial_descriptor.py": "reads descriptors with hid-tools, which is for Linux",
     "test_disk_full.py": "limits the size of files as Unix does",
     "test_game_descriptor.py": "reads descriptors with hid-tools, which is for Linux",
@@ -34,7 +28,6 @@ TESTS = {
     "test_a_thousand_knobs_in_reference_cycles_stay_small": _LINUX,
     "test_a_thousand_open_knobs_touch_little_memory": _LINUX,
     "test_child_that_an_event_callback_forks_ends": _FORK,
-    "test_command_that_needs_another_extra_says_how_to_install_it": _TREE,
     "test_command_without_its_extra_says_how_to_install_it": _TREE,
     "test_demo_without_matplotlib_measures_and_says_how_to_get_its_picture": _TREE,
     "test_disk_that_is_full_is_told": _LINUX,
@@ -49,19 +42,14 @@ TESTS = {
     "test_interrupt_ends_the_wait": _FORK,
     "test_interrupt_is_heard_within_a_step_of_knobs_that_take_long": _FORK,
     "test_interrupt_in_an_event_callback_goes_on_to_the_program": _FORK,
-    "test_interrupted_demo_has_status_130": _FORK,
     "test_interrupted_recording_has_its_samples": _FORK,
     "test_knob_in_sysfs_is_found_with_port_serial_driver_and_file": _LINUX,
     "test_knob_that_another_driver_holds_is_a_problem": _LINUX,
-    "test_knob_whose_driver_has_made_no_file_is_a_problem": _LINUX,
-    "test_knob_without_a_driver_is_a_problem": _LINUX,
     "test_library_needs_numpy_alone": "what mends Wine is a module too",
     "test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from": _TREE,
     "test_link_to_a_file_that_is_not_a_hid_device_is_refused_by_name": _PATHS,
-    "test_links_of_findings_name_no_folder": _TREE,
     "test_lock_file_that_is_a_pipe_does_not_block": _FORK,
     "test_missing_file_in_a_container_is_a_problem": _LINUX,
-    "test_plugin_is_loaded_by_the_pytest_of_debian_12": "puts another pytest before the path",
     "test_signal_ends_a_program_at_once": _FORK,
     "test_stream_has_the_wall_and_the_distances_of_the_device": "its library is not fetched",
     "test_what_cannot_be_read_is_told_with_its_reason": "takes rights away as Unix does",
@@ -71,7 +59,6 @@ TESTS = {
 PARAMETERS = {
     "test_example_runs[stream_to_lsl]": "its library is not fetched",
     "test_place_that_cannot_be_written_is_named_before_the_visit[arguments3]": _PATHS,
-    "test_short_and_long_option_for_help_are_the_same[arguments3]": "is about the studies",
 }
 
 

@@ -21,16 +21,9 @@ from torsio import opening
 
 FOLDER = "tests/python/"
 
-_WORLD = "tells a world what only the one inside the process can do"
 _NO_DEVICE = "uses no device"
 # What cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
-    "test_truth_and_telemetry_share_their_clock": _WORLD,
-    "test_truth_without_a_log_says_how_to_get_one": _WORLD,
-    "test_virtual_time_passes_by_a_number_alone": _WORLD,
-    "test_same_seed_gives_the_same_bytes": _WORLD,
-    "test_result_does_not_depend_on_how_time_is_cut": "is about virtual time",
-    "test_fault_is_named": _WORLD,
     "test_matching_config_is_the_default_for_the_default_plant": _NO_DEVICE,
     "test_scene_classes_compare_show_and_hash_by_value": _NO_DEVICE,
     "test_profiles_may_be_arrays_and_numbers": _NO_DEVICE,
@@ -42,18 +35,14 @@ NOT_OVER_USB = {
 
 # What a cable, a kernel or a second process may change; the rest runs with ``./dev test usb``.
 IN_EVERY_RUN = {
-    *("test_effects_of_a_scene_add_up", "test_stop_disarms_and_empties_the_scene"),
-    *("test_disarm_keeps_the_scene", "test_local_model_pulls_toward_its_reference"),
-    *("test_record_gives_every_tick_of_the_span_once", "test_telemetry_flags_tell_the_state"),
-    *("test_record_at_a_rate_takes_every_nth_tick", "test_zero_makes_this_position_the_origin"),
-    *("test_telemetry_iterator_gives_what_was_asked", "test_paced_device_takes_real_time"),
-    *("test_samples_lost_counts_what_a_slow_reader_missed", "test_torque_hand_turns_the_free_knob"),
-    *("test_configuration_comes_back_as_it_was_set", "test_emergency_stop_is_a_latched_fault"),
-    *("test_update_that_the_device_would_refuse_changes_nothing",),
-    *("test_named_emulated_device_keeps_what_it_saved", "test_waiting_lets_other_threads_run"),
-    *("test_close_from_another_thread_ends_a_waiting_call",),
-    *("test_ten_kilohertz_device_controls_at_ten_kilohertz",),
-    *("test_update_changes_fields_and_keeps_the_rest",),
+    "test_stop_disarms_and_empties_the_scene",
+    "test_disarm_keeps_the_scene",
+    "test_record_at_a_rate_takes_every_nth_tick",
+    "test_telemetry_iterator_gives_what_was_asked",
+    "test_configuration_comes_back_as_it_was_set",
+    "test_emergency_stop_is_a_latched_fault",
+    "test_waiting_lets_other_threads_run",
+    "test_update_changes_fields_and_keeps_the_rest",
 }
 
 

@@ -48,9 +48,6 @@ NOT_OVER_USB = {
     ),
     "closing twice is fine, and everything after it is Closed": _WORLD,
     "reports that are lost or damaged never hang a call": "damages reports on the way",
-    "a device that loses every report makes a call time out in its own time": (
-        "damages reports on the way"
-    ),
     "samples that are lost on the way are counted as gaps": "damages reports on the way",
     "the same seed gives identical telemetry, another one does not": _VIRTUAL,
     "telemetry is the same however calls cut the time": _VIRTUAL,
