@@ -94,7 +94,7 @@ _PACKAGES = {
     "languages": ("languages",),
     "documents": ("documents",),
     "making": ("making",),
-    "windows games": ("windows",),
+    "windows games": ("windows", "players"),
 }
 
 

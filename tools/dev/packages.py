@@ -115,6 +115,11 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("wine64", _file("/usr/lib/wine/wine64")),
         ),
         # A Python for Windows comes through Maven; udev's functions are named in its header.
+        # What players have, tried in a machine.
+        "players": (
+            ("libsdl2-tests", _file("/usr/libexec/installed-tests/SDL2/testhaptic")),
+            ("python3-evdev", _file("/usr/lib/python3/dist-packages/evdev/__init__.py")),
+        ),
         "wheels": (
             ("libudev-dev", _header("libudev.h")),
             ("maven", _program("mvn")),
