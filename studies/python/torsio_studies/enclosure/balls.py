@@ -30,6 +30,7 @@ _A, _P, _B, _WA, _WP, _WB, _TM, _TB, _F, _S, _CM, _CB, _ONE = range(13)
 _TIE: Final = 1e-45  # s
 _HALVINGS: Final = 60
 _NEWTON: Final = 40
+_DERIVATIVES: Final = 3
 
 Row = dict[int, Any]
 
@@ -342,10 +343,14 @@ class Enclosure:
         if rate == 0 and begin >= 0:  # such as of a knob that is held
             return "none"
         if not rate < 0 and (begin == 0 or (zero and begin.contains(0))):
-            # It rises from 0, if slowly: the first derivative that is not 0 is positive.
-            curve = slope * matrix
-            rises = (curve * all_of_it)[0, 0] > 0 or ((curve * matrix) * all_of_it)[0, 0] > 0
-            return "none" if rises else "?"
+            # It rises from 0 if one derivative is positive, and none before it is negative there.
+            for _ in range(_DERIVATIVES):
+                if (slope * here)[0, 0] < 0:
+                    break
+                slope = slope * matrix
+                if (slope * all_of_it)[0, 0] > 0:
+                    return "none"
+            return "?"
         if rate < 0:
             end = (function * (flow * here))[0, 0]
             if end > 0 or (end.contains(0) and end.rad() < _TIE * abs(rate.mid())):

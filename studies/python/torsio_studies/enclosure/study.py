@@ -192,7 +192,7 @@ def run(study: Study) -> Results:
 
 def show(results: Results, console: Console) -> None:
     """Print the scenes, the worst plant, and where 64 bits lose."""
-    shown = table("case", "events", "proven digits", "error", "SciPy's", words=1)
+    shown = table("case", "events", "digits", "error", "SciPy's", words=1)
     for row in [*results["rows"][:2], results["worst"]]:
         if row["decided"]:
             scipy = f"{row['scipy_error']:.1e}" if "scipy_error" in row else ""
