@@ -15,6 +15,7 @@ import pytest
 
 import torsio
 from tests.python import reference
+from torsio import closed_loop
 
 WALL_RAD = 0.05
 COUNT_RAD = 2 * math.pi / 8192
@@ -183,3 +184,15 @@ def test_sensor_crosses_zero_inside_a_soft_wall() -> None:
     leaving = 1400 + int(np.argmax(got["sensed"][1400:] >= 0.0))
     expected = deepest * (1 - beta * stiffness / 2.873)
     assert depth[leaving] == pytest.approx(expected, rel=0.1)
+
+
+def test_grains_of_a_noisy_texture_are_its_seed_s() -> None:
+    def felt(seed: int) -> Any:
+        texture = torsio.Texture(grains_per_turn=60, torque_nm=0.02, grain="noise", seed=seed)
+        hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.2, 1.0)])
+        options = closed_loop.LoopOptions(scene=[texture], hand=hand)
+        rows = closed_loop.simulate(options, duration_s=0.2)
+        return rows["desired_torque_nm"]
+
+    np.testing.assert_array_equal(felt(1), felt(1))
+    assert np.any(felt(1) != felt(2))
