@@ -21,14 +21,20 @@ _CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that 
 class ChipWorld:
     """What a maker does to a board in its emulated chip."""
 
-    def __init__(self, board: EmulatedPico, world: World) -> None:
+    def __init__(self, board: EmulatedPico, world: World, *, swapped_encoder: bool) -> None:
         self._board, self._world = board, world
+        assert world.params.electrics is not None
+        # The sensor sits between bridge and motor: it sees the current as the bridge does.
+        self._motor_sign = -1 if world.params.electrics.motor_reversed else 1
+        self._encoder_sign = -1 if swapped_encoder else 1
         self._frozen = False
         board.couple(self._pass_period)
 
     def _pass_period(self, motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
-        amperes, edges = self._world.pass_period(motor, brake, enabled)
-        return amperes, [] if self._frozen else edges
+        sign = self._motor_sign
+        amperes, edges = self._world.pass_period(sign * motor, brake, enabled)
+        turned = [] if self._frozen else [self._encoder_sign * edge for edge in edges]
+        return sign * amperes, turned
 
     def set_hand(self, hand: torsio.Hand) -> None:
         # Its times are those of the world, and a rehearsal's begin with now.
@@ -61,16 +67,15 @@ def binary(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator
     pico.choose(knob.board)
     plant = knob.plant(seed)
     plant = plant if fault is None else fault.change(plant)
-    reversed_encoder = fault is not None and fault.reversed_encoder
+    swapped = fault is not None and fault.reversed_encoder
     with enumerated() as board:
         with torsio.open(BinaryTransport(board)) as device:
             for config in knob.configs().values():
                 device.configure(config)
-            device.update(encoder_reversed=reversed_encoder)
             device.save()
         board.power_cycle()
         board.enumerate()
-        world = ChipWorld(board, World(plant))
+        world = ChipWorld(board, World(plant), swapped_encoder=swapped)
         assert plant.electrics is not None
         world.set_supply(plant.electrics.supply_v)
         with torsio.open(BinaryTransport(board)) as device:
