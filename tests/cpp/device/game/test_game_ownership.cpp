@@ -400,6 +400,18 @@ TEST_CASE("a game that hangs loses its endless push, but keeps spring and what h
   CHECK(rig.owner() == Owner::game);  // the spring plays
 }
 
+TEST_CASE("a game that only asks does not hang") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+  rig.play_constant(32767);
+  for (int i = 0; i < 5; ++i) {
+    rig.tick(400);
+    std::array<std::uint8_t, 64> answer{};
+    REQUIRE(rig.device->game().get_feature(0x22, answer) == 5);
+  }
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+}
+
 TEST_CASE("a game that hangs loses what it repeats without end") {
   GameRig rig;
   rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
