@@ -178,7 +178,7 @@ class _KeptKnob(torsio.Knob):
 
     def __init__(self, knob: torsio.Knob, options: torsio.EmulatorOptions) -> None:
         self._tap = _Tap(knob._knob)
-        super().__init__(self._tap)  # type: ignore[arg-type]
+        super().__init__(self._tap, time_waits=not options.paced)  # type: ignore[arg-type]
         self._options = options
         self.hand = testing.HoldingHand(self)
 
