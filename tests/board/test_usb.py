@@ -58,6 +58,39 @@ def test_file_says_what_the_board_says_once_it_runs(lasting_pico: EmulatedPico) 
     assert max(pages) + 256 <= FLASH_BASE + model.slots_at
 
 
+def _binary_info(pages: dict[int, bytes]) -> dict[int, bytes]:
+    """Read what picotool shows, by pico/binary_info/structure.h of the SDK: strings by their id."""
+    image = b"".join(pages.get(at, bytes(256)) for at in range(FLASH_BASE, max(pages) + 256, 256))
+    header = image.index(struct.pack("<I", 0x7188EBF2), 0, 0x200)
+    begin, end, copied, mark = struct.unpack_from("<4I", image, header + 4)
+    assert mark == 0xE71AA390
+    moves: list[
+        tuple[int, ...]
+    ] = []  # source, first and end address, of what the start copies into RAM; 0 ends it
+    while (move := struct.unpack_from("<3I", image, copied - FLASH_BASE + 12 * len(moves)))[0]:
+        moves.append(move)
+
+    def place(address: int) -> int:
+        inside = (address - to + source for source, to, last in moves if to <= address < last)
+        return next(inside, address) - FLASH_BASE
+
+    found = {}
+    for (entry,) in struct.iter_unpack("<I", image[place(begin) : place(end)]):
+        kind, tag, name, value = struct.unpack_from("<H2sII", image, place(entry))
+        if (kind, tag) == (6, b"RP"):
+            found[name] = image[place(value) :].partition(b"\0")[0]
+    return found
+
+
+def test_picotool_can_tell_what_a_file_is(lasting_pico: EmulatedPico) -> None:
+    model = lasting_pico.model
+    told = _binary_info(uf2.check(model.image.read_bytes(), model.chip))
+    program_name, version, board = 0x02031C86, 0x11A9BC3A, 0xB63CFFBB
+    assert told[program_name] == b"Torsio haptic knob"
+    assert told[version].decode() == torsio.read_firmware(model.image).version
+    assert told[board].decode() == model.name
+
+
 def test_identity_gives_board_rate_and_the_chips_serial_number(pico: EmulatedPico) -> None:
     identity = pico.get("identity")
     assert identity["board"] == pico.model.number
