@@ -42,7 +42,7 @@ KILLERS = BUILD / "killers.json"
 # What the mutation build is made of.
 FOLDERS = (
     *("firmware", "emulator", "sdk", "bindings", "cmake"),
-    *("tests/cpp", "tests/fuzz", "tests/golden"),
+    *("tests/cpp", "tests/fuzz", "tests/golden", "docs/explanation"),
 )
 LEAST_LIMIT_S = 5.0  # of the processor's time
 # These wait for other threads, and take long on a busy machine.
