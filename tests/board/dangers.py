@@ -86,9 +86,9 @@ def _end_stack(board: EmulatedPico) -> None:
 
 DANGERS = (
     Danger("emergency stop pressed, or its wire cut", _pin(11, high=True),
-           "emergency stop", "emergency_stop", 0.3, _pin(11, high=False)),
+           "emergency stop", "emergency_stop", 0.3, _pin(11, high=False), by_chance_ms=0.15),
     Danger("bridge reports a fault", _pin(12, high=False),
-           "bridge's word", "actuator", 0.3, _pin(12, high=True)),
+           "bridge's word", "actuator", 0.3, _pin(12, high=True), by_chance_ms=0.15),
     Danger("3.2 A flow, the limit being 2", _motor(sensor_amperes=3.2),
            "over-current", "actuator", 0.6, behind="winding"),
     Danger("current sensor dead: 0 V", _motor(sensor_amperes=-100.0),

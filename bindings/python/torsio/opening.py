@@ -46,10 +46,11 @@ def open(
     if isinstance(selector, Transport):
         time_waits = selector.time_is_virtual
     else:
+        selector = checks.text("selector", selector)
         time_waits = selector.startswith("emulated") and not (emulator and emulator.paced)
     return Knob(
         _torsio.open_knob(
-            selector if isinstance(selector, Transport) else checks.text("selector", selector),
+            selector,
             emulator=emulator,
             command_timeout_s=checks.number("command_timeout_s", command_timeout_s),
             ring_samples=checks.whole("ring_samples", ring_samples, 1, _MAX_RING_SAMPLES),
