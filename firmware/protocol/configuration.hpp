@@ -201,10 +201,11 @@ struct Layout<BoardConfig> {
       number("motor_torque_constant_nm_per_a", &BoardConfig::motor_torque_constant_nm_per_a,
              "N m/A", 1e-4F, 100, "at the knob"),
       number("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0, 100,
-             "never asked for more; one and a half times as much measured is a fault"),
+             "largest current the firmware asks for; a measured current of 1.5 times as much is a "
+             "fault"),
       number(
           "motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0, 100,
-          "that the winding stands for ever in air of 25 degrees; more is given for seconds only"),
+          "continuous current of the winding in air of 25 degrees; more is given for seconds only"),
       number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001F, 1000,
              "of the winding"),
       number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
@@ -219,15 +220,15 @@ struct Layout<BoardConfig> {
       number("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001F, 1e4F,
              "of the coil"),
       number("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0, 1000,
-             "of the coil; the bridge then drives it both ways, and its current follows with the "
-             "actuator's brake_time_constant_s. 0: the current follows as the coil lets it"),
+             "of the coil. Above 0 the bridge drives the coil both ways, with the actuator's "
+             "brake_time_constant_s. 0: the current follows as the coil lets it"),
       choice("motor_reversed", &BoardConfig::motor_reversed,
              "on: a current into the first motor pin turns the knob to smaller angles"),
       choice("confirmed", &BoardConfig::confirmed,
              "on: somebody has checked the parts. A real board holds torques and speed low until "
              "this is on and `values_are` is not `assumed`. Acts at once"),
       number("brake_continuous_percent", &BoardConfig::brake_continuous_percent, "%", 0, 100,
-             "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is "
+             "continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is "
              "given for a while only"),
       number("ambient_c", &BoardConfig::ambient_c, "degree C", 0, 100,
              "of the air around motor and brake, at its warmest"),

@@ -172,9 +172,10 @@ class BoardConfig(checks.ByName):
     motor_torque_constant_nm_per_a
         At the knob; 1e-4 to 100.
     motor_current_max_a
-        Never asked for more; one and a half times as much measured is a fault; 0 to 100.
+        Largest current the firmware asks for; a measured current of 1.5 times as much is a fault; 0
+        to 100.
     motor_current_continuous_a
-        That the winding stands for ever in air of 25 degrees; more is given for seconds only; 0 to
+        Continuous current of the winding in air of 25 degrees; more is given for seconds only; 0 to
         100.
     motor_resistance_ohm
         Of the winding; 0.001 to 1000.
@@ -191,16 +192,16 @@ class BoardConfig(checks.ByName):
     brake_resistance_ohm
         Of the coil; 0.001 to 1e4.
     brake_inductance_h
-        Of the coil; the bridge then drives it both ways, and its current follows with the
-        actuator's brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000.
+        Of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
+        brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000.
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
     confirmed
         True: somebody has checked the parts. A real board holds torques and speed low until this is
         on and `values_are` is not `assumed`. Acts at once.
     brake_continuous_percent
-        Of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for
-        a while only; 0 to 100.
+        Continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is given
+        for a while only; 0 to 100.
     ambient_c
         Of the air around motor and brake, at its warmest; 0 to 100.
     supply_sense_ratio

@@ -118,11 +118,11 @@ BOARD_CONFIG = _configuration(
     ),
     number(
         "motor_current_max_a", "A", 0.0, 100.0,
-        "never asked for more; one and a half times as much measured is a fault", default=2.0,
+        "largest current the firmware asks for; a measured current of 1.5 times as much is a fault", default=2.0,
     ),
     number(
         "motor_current_continuous_a", "A", 0.0, 100.0,
-        "that the winding stands for ever in air of 25 degrees; more is given for seconds only",
+        "continuous current of the winding in air of 25 degrees; more is given for seconds only",
         default=1.0,
     ),
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=constants.REFERENCE_MOTOR_RESISTANCE_OHM),
@@ -144,7 +144,7 @@ BOARD_CONFIG = _configuration(
     number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=constants.REFERENCE_BRAKE_RESISTANCE_OHM),
     number(
         "brake_inductance_h", "H", 0.0, 1e3,
-        "of the coil; the bridge then drives it both ways, and its current follows with the actuator's "
+        "of the coil. Above 0 the bridge drives the coil both ways, with the actuator's "
         "brake_time_constant_s. 0: the current follows as the coil lets it", default=0.0,
     ),
     switch(
@@ -158,8 +158,8 @@ BOARD_CONFIG = _configuration(
     ),
     whole(
         "brake_continuous_percent", "u8", 0, 100,
-        "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a "
-        "while only", default=100, unit="%",
+        "continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is given "
+        "for a while only", default=100, unit="%",
     ),
     whole(
         "ambient_c", "u8", 0, 100,

@@ -554,9 +554,10 @@ typedef struct torsio_board_config {
   double supply_v;
   /// at the knob; 1e-4 to 100; at first 0.05
   double motor_torque_constant_nm_per_a;
-  /// never asked for more; one and a half times as much measured is a fault; 0 to 100; at first 2
+  /// largest current the firmware asks for; a measured current of 1.5 times as much is a fault; 0
+  /// to 100; at first 2
   double motor_current_max_a;
-  /// that the winding stands for ever in air of 25 degrees; more is given for seconds only; 0 to
+  /// continuous current of the winding in air of 25 degrees; more is given for seconds only; 0 to
   /// 100; at first 1
   double motor_current_continuous_a;
   /// of the winding; 0.001 to 1000; at first 2.5
@@ -573,7 +574,7 @@ typedef struct torsio_board_config {
   double brake_current_max_a;
   /// of the coil; 0.001 to 1e4; at first 40
   double brake_resistance_ohm;
-  /// of the coil; the bridge then drives it both ways, and its current follows with the actuator's
+  /// of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
   /// brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000
   double brake_inductance_h;
   /// true: a current into the first motor pin turns the knob to smaller angles
@@ -581,8 +582,8 @@ typedef struct torsio_board_config {
   /// true: somebody has checked the parts. A real board holds torques and speed low until this is
   /// on and `values_are` is not `assumed`. Acts at once
   bool confirmed;
-  /// of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a
-  /// while only; 0 to 100; at first 100
+  /// continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is given for
+  /// a while only; 0 to 100; at first 100
   int32_t brake_continuous_percent;
   /// of the air around motor and brake, at its warmest; 0 to 100; at first 25
   int32_t ambient_c;

@@ -89,9 +89,10 @@ struct ControlConfig {
 struct BoardConfig {
   double supply_v = 12.0;                        ///< of both H-bridges; 3 to 60
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100
-  /// never asked for more; one and a half times as much measured is a fault; 0 to 100
+  /// largest current the firmware asks for; a measured current of 1.5 times as much is a fault; 0
+  /// to 100
   double motor_current_max_a = 2.0;
-  /// that the winding stands for ever in air of 25 degrees; more is given for seconds only; 0 to
+  /// continuous current of the winding in air of 25 degrees; more is given for seconds only; 0 to
   /// 100
   double motor_current_continuous_a = 1.0;
   double motor_resistance_ohm = 2.5;   ///< of the winding; 0.001 to 1000
@@ -103,7 +104,7 @@ struct BoardConfig {
   double brake_torque_constant_nm_per_a = 0.44;  ///< on the pulley; 1e-4 to 1000
   double brake_current_max_a = 0.3;              ///< of the coil; 0 to 100
   double brake_resistance_ohm = 40.0;            ///< of the coil; 0.001 to 1e4
-  /// of the coil; the bridge then drives it both ways, and its current follows with the actuator's
+  /// of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
   /// brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000
   double brake_inductance_h = 0.0;
   /// true: a current into the first motor pin turns the knob to smaller angles
@@ -111,8 +112,8 @@ struct BoardConfig {
   /// true: somebody has checked the parts. A real board holds torques and speed low until this is
   /// on and `values_are` is not `assumed`. Acts at once
   bool confirmed = false;
-  /// of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is given for a
-  /// while only; 0 to 100
+  /// continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is given for
+  /// a while only; 0 to 100
   int brake_continuous_percent = 100;
   int ambient_c = 25;  ///< of the air around motor and brake, at its warmest; 0 to 100
   /// of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255

@@ -418,10 +418,11 @@ struct Fields<BoardConfig> {
         field("motor_torque_constant_nm_per_a", &BoardConfig::motor_torque_constant_nm_per_a,
               "N m/A", 1e-4, 100.0, "at the knob"),
         field("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0.0, 100.0,
-              "never asked for more; one and a half times as much measured is a fault"),
+              "largest current the firmware asks for; a measured current of 1.5 times as much is a "
+              "fault"),
         field("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0.0,
               100.0,
-              "that the winding stands for ever in air of 25 degrees; more is given for seconds "
+              "continuous current of the winding in air of 25 degrees; more is given for seconds "
               "only"),
         field("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001, 1000.0,
               "of the winding"),
@@ -438,16 +439,16 @@ struct Fields<BoardConfig> {
         field("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001, 1e4,
               "of the coil"),
         field("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0.0, 1000.0,
-              "of the coil; the bridge then drives it both ways, and its current follows with the "
-              "actuator's brake_time_constant_s. 0: the current follows as the coil lets it"),
+              "of the coil. Above 0 the bridge drives the coil both ways, with the actuator's "
+              "brake_time_constant_s. 0: the current follows as the coil lets it"),
         field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
               "on: a current into the first motor pin turns the knob to smaller angles"),
         field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
               "on: somebody has checked the parts. A real board holds torques and speed low until "
               "this is on and `values_are` is not `assumed`. Acts at once"),
         field("brake_continuous_percent", &BoardConfig::brake_continuous_percent, "%", 0.0, 100.0,
-              "of brake_current_max_a that the coil stands for ever in air of 25 degrees; more is "
-              "given for a while only"),
+              "continuous current of the coil in air of 25 degrees, of brake_current_max_a; more "
+              "is given for a while only"),
         field("ambient_c", &BoardConfig::ambient_c, "degree C", 0.0, 100.0,
               "of the air around motor and brake, at its warmest"),
         field("supply_sense_ratio", &BoardConfig::supply_sense_ratio, "", 1.0, 255.0,

@@ -59,8 +59,8 @@ def update_command(
 ) -> None:
     """Put new firmware on a knob: check the file, disarm, copy, wait, and see that it runs.
 
-    The saved configuration stays, unless the firmware before was of another release with other
-    reports; you are told before.
+    The saved configuration stays, unless the reports of the two releases differ. You are told
+    first.
     """
     plan = torsio.prepare_update(file, device, drive=drive, say=lambda text: line(out, f"  {text}"))
     line(out, str(plan))

@@ -196,37 +196,37 @@ def games_set_command(
         typer.Option("--join-updates/--hold-updates", help="Join updates by lines, or hold each."),
     ] = None,
     torque_max_percent: Annotated[
-        int | None, typer.Option("--torque-max-percent", help="The same, of the motor's torque.")
+        int | None, typer.Option("--torque-max-percent", help="Largest torque, % of the motor's.")
     ] = None,
     own_damper_percent: Annotated[
-        int | None, typer.Option("--own-damper", help="Always felt, in % of a full damper.")
+        int | None, typer.Option("--own-damper", help="A damper that is always felt, in %.")
     ] = None,
     own_friction_percent: Annotated[
-        int | None, typer.Option("--own-friction", help="Likewise, in % of full torque.")
+        int | None, typer.Option("--own-friction", help="Friction that is always felt, in %.")
     ] = None,
     own_inertia_percent: Annotated[
-        int | None, typer.Option("--own-inertia", help="Likewise, in % of a full inertia.")
+        int | None, typer.Option("--own-inertia", help="An inertia that is always felt, in %.")
     ] = None,
     own_spring_percent: Annotated[
-        int | None, typer.Option("--own-spring", help="To the middle while no game plays, in %.")
+        int | None, typer.Option("--own-spring", help="A spring while no game plays, in %.")
     ] = None,
     constants_gain_percent: Annotated[
-        int | None, typer.Option("--constants-gain", help="Of games' constant forces, in %.")
+        int | None, typer.Option("--constants-gain", help="Gain of constant forces, in %.")
     ] = None,
     waves_gain_percent: Annotated[
-        int | None, typer.Option("--waves-gain", help="Of their waves, in %.")
+        int | None, typer.Option("--waves-gain", help="Gain of waves, in %.")
     ] = None,
     springs_gain_percent: Annotated[
-        int | None, typer.Option("--springs-gain", help="Of their springs, in %.")
+        int | None, typer.Option("--springs-gain", help="Gain of springs, in %.")
     ] = None,
     dampers_gain_percent: Annotated[
-        int | None, typer.Option("--dampers-gain", help="Of their dampers, in %.")
+        int | None, typer.Option("--dampers-gain", help="Gain of dampers, in %.")
     ] = None,
     inertias_gain_percent: Annotated[
-        int | None, typer.Option("--inertias-gain", help="Of their inertias, in %.")
+        int | None, typer.Option("--inertias-gain", help="Gain of inertias, in %.")
     ] = None,
     frictions_gain_percent: Annotated[
-        int | None, typer.Option("--frictions-gain", help="Of their frictions, in %.")
+        int | None, typer.Option("--frictions-gain", help="Gain of frictions, in %.")
     ] = None,
     reversed: Annotated[
         bool | None,
@@ -254,11 +254,11 @@ def games_set_command(
     ] = None,
     dial_fast_steps: Annotated[
         int | None,
-        typer.Option("--dial-fast-steps", help="Of a detent at two turns a second; 1: as slow."),
+        typer.Option("--dial-fast-steps", help="Steps of a fast detent; 1: as a slow one."),
     ] = None,
     remote_wakeup: Annotated[
         bool | None,
-        typer.Option("--remote-wakeup/--no-remote-wakeup", help="Of the host, by hand."),
+        typer.Option("--remote-wakeup/--no-remote-wakeup", help="A turn wakes the computer."),
     ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. Settings that are not named stay."""

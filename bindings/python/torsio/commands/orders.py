@@ -16,7 +16,7 @@ __all__ = ["add_to"]
 
 
 def arm_command(device: Device = "", seconds: Seconds = None) -> None:
-    """Switch the torque on until Ctrl-C, and tell its limits and their reasons.
+    """Switch the torque on until Ctrl-C, and print its limits and their reasons.
 
     The knob's own effects play: a game's, or a scene that an autonomous knob kept.
     """

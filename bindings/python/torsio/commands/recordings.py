@@ -185,7 +185,7 @@ def report_command(
 ) -> None:
     """Make one FILE for a fault report: findings of doctor, versions, a recording.
 
-    Nothing personal is in it; what is, it says itself.
+    The file names what it holds. Nothing in it is personal.
     """
     names = bug_report.collect(choose(device), file, recording=recording, duration_s=duration_s)
     if "recording.mcap" not in names:
