@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
+from torsio import whole_file
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.knob import DEFAULT, Knob, load
 from torsio_hardware.rehearsing import app
@@ -90,6 +91,28 @@ def test_file_with_a_mistake_is_refused_in_words(
     (tmp_path / "knob.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ValueError, match=words):
         load(tmp_path / "knob.toml")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "utf-32"])
+def test_file_is_read_as_editors_on_windows_write_it(tmp_path: Path, encoding: str) -> None:
+    file = tmp_path / "knob.toml"
+    file.write_text(DEFAULT.read_text(encoding="utf-8"), encoding=encoding)
+    assert load(file).values == load(DEFAULT).values
+
+
+def test_bad_file_is_told_with_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(whole_file, "_MOST_BYTES", 1 << 20)
+    file, valid = tmp_path / "knob.toml", DEFAULT.read_bytes()
+    deep, long = b"a = " + b"[" * 200_000, b"a = " + b"1" * 200_000
+    for content in (valid + b"\xe4", bytes(5000), deep, long, b"", b"spring = 1", b"motor = 1"):
+        file.write_bytes(content)
+        with pytest.raises(ValueError, match=r"knob\.toml") as told:
+            load(file)
+        assert len(str(told.value)) < 500
+    file.unlink()
+    file.symlink_to("/dev/zero")
+    with pytest.raises(OSError, match=r"more than 1 MiB.*knob\.toml"):
+        load(file)
 
 
 def test_command_names_a_fault_and_tells_which_was_built_in() -> None:

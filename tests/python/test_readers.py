@@ -20,6 +20,8 @@ from torsio import whole_file
 from torsio.calibration import keeping
 from torsio.commands import settings
 from torsio.errors import Error
+from torsio.trading.runs import Kept
+from torsio.trading.sources import configuration_of
 from torsio_studies import common
 from torsio_studies.design.store import Store
 
@@ -137,9 +139,33 @@ def hand(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     )
 
 
+def trade_config(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "knob.json"
+    with torsio.open("emulated") as knob:
+        valid = torsio.dump_config(knob).encode()
+    return Reader(path, valid, lambda: configuration_of(path, None), takes=("utf-16", "utf-32"))
+
+
+def trade_kept(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "kept.json"
+    Kept(path).get("x", lambda: {"cpu_s": 1.0})
+
+    def read() -> Any:
+        return Kept(path).get("x", lambda: pytest.fail("it was kept"))
+
+    valid = path.read_bytes()
+    assert read() == {"cpu_s": 1.0}
+    # A line that is torn is made again; so is all where there is no file yet.
+    takes = ("cut off", "nothing", "nowhere", "/dev/null")
+    return Reader(path, valid, lambda: bool(Kept(path)), takes=takes)
+
+
 READERS: dict[str, Make] = {
     made.__name__: made
-    for made in (configuration, results, calibration, store, recording, firmware, hand)
+    for made in (
+        *(configuration, results, calibration, store, recording, firmware, hand),
+        *(trade_config, trade_kept),
+    )
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import sys
@@ -10,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from torsio.errors import Error
+from torsio.errors import Error, InvalidArgument
 
 _MOST_BYTES = 256 * 1024 * 1024
 
@@ -22,6 +23,23 @@ def content(path: str | Path) -> bytes:
     if len(read) > _MOST_BYTES:
         raise OSError(errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB are none of ours", str(path))
     return read
+
+
+def text_of(path: str | Path) -> str:
+    """Read a text, also as PowerShell's redirection and Notepad write it.
+
+    Raises
+    ------
+    InvalidArgument
+        It is no text; says so with the file's name.
+    OSError
+        Of `content`.
+    """
+    read = content(path)
+    try:
+        return read.decode(json.detect_encoding(read))
+    except UnicodeDecodeError as error:
+        raise InvalidArgument(f"{path} is no text: {error}") from None
 
 
 def user_folder(kind: str) -> Path:

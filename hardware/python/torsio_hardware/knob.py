@@ -11,6 +11,7 @@ from typing import Any
 
 import torsio
 from torsio import perception, stability
+from torsio.whole_file import text_of
 from torsio_hardware import design
 from torsio_hardware.flexure import Flexure
 
@@ -213,14 +214,15 @@ def load(path: Path = DEFAULT) -> Knob:
     OSError
         If it cannot be read.
     """
+    text = text_of(path)
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
+        given = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is no TOML: {error}") from None
     try:
         known = {"name", "board", "parts", "spring", "pins", *_TABLES}
         if given.keys() - known:
-            raise ValueError(f"{path}: unknown table {min(given.keys() - known)!r}")
+            raise ValueError(f"unknown table {min(given.keys() - known)!r}")
         values = {
             name: _value(table, name, value)
             for table in _TABLES
@@ -240,11 +242,11 @@ def load(path: Path = DEFAULT) -> Knob:
         )  # fmt: skip
         missing = {field for field in _REQUIRED if field not in values}
         if missing:
-            raise ValueError(f"{path}: {min(missing)} is missing")
+            raise ValueError(f"{min(missing)} is missing")
         _check_pins(knob)
     except KeyError as error:
         raise ValueError(f"{path}: {error.args[0]} is missing") from None
-    except (TypeError, ArithmeticError, torsio.Error) as error:
+    except (TypeError, ValueError, AttributeError, ArithmeticError, torsio.Error) as error:
         raise ValueError(f"{path}: {error}") from None
     return knob
 

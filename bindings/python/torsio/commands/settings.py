@@ -14,7 +14,7 @@ from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
 from torsio.screen import err, out
-from torsio.whole_file import content
+from torsio.whole_file import text_of
 
 __all__ = ["add_to"]
 
@@ -74,10 +74,7 @@ def config_dump_command(device: Device = "") -> None:
 
 def config_load_command(file: Path, device: Device = "") -> None:
     """Set the values of a file from `dump`, all or nothing, and keep them on the knob."""
-    # Also as PowerShell's redirection and Notepad write it. Bytes that are no text are no field's
-    # name, and reported as such.
-    read = content(file)
-    text = read.decode(json.detect_encoding(read), errors="replace")
+    text = text_of(file)
     with opened(device, err) as knob:
         try:
             load_config(knob, text)

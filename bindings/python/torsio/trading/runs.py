@@ -24,6 +24,7 @@ from torsio.opening import open as open_knob
 from torsio.plant import PlantParams
 from torsio.telemetry import Record
 from torsio.trading.visits import Difference, Visit, differ, felt_nm, moved
+from torsio.whole_file import content
 
 __all__ = [
     "HIGHEST_HZ",
@@ -161,11 +162,13 @@ class Kept:
         self._path, self._found = path, dict[str, dict[str, Any]]()
         if path is None or not path.exists():
             return
-        for line in filter(None, path.read_text(encoding="utf-8").splitlines()):
+        # Not of UTF-16: what is kept is appended in UTF-8.
+        text = content(path).decode("utf-8-sig", errors="replace")
+        for line in filter(None, text.splitlines()):
             try:
                 one = json.loads(line)
                 self._found[one["key"]] = one["row"]
-            except (ValueError, KeyError, TypeError):
+            except (ValueError, KeyError, TypeError, RecursionError):
                 if not line.startswith('{"key"'):
                     raise Error(f"{path} keeps no results of a trade: give another file") from None
                 # else it was torn

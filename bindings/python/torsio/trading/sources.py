@@ -28,6 +28,7 @@ from torsio.scenes import Effect, Timing
 from torsio.stability import plant_of
 from torsio.trading.runs import PARTS, WHOLE
 from torsio.trading.visits import effects_of, usual_hand
+from torsio.whole_file import text_of
 
 __all__ = ["EVERYTHING", "configuration_of", "configured", "options_of", "plant_with"]
 
@@ -172,16 +173,18 @@ def plant_with(names: str) -> PlantParams:
 
 def configuration_of(path: Path, parts: PlantParams | None) -> dict[str, Any]:
     """Read the text of `torsio config dump`: configurations, and the plant that they tell of."""
+    text = text_of(path)
     try:
-        text = json.loads(path.read_text(encoding="utf-8"))
+        read = json.loads(text)
         found: dict[str, Any] = {
-            name: kind(**text.get(f"{name}_config", {}))
+            name: kind(**read.get(f"{name}_config", {}))
             for name, kind in _KNOWN.items()
             if name not in ("hand", "plant")
         }
-    except (ValueError, TypeError, AttributeError) as error:
-        raise InvalidArgument(f"{path} is no configuration of a knob: {error}") from None
-    plant = configured(found["actuator"], found["shaft"], parts or EVERYTHING)
+        plant = configured(found["actuator"], found["shaft"], parts or EVERYTHING)
+    except (ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+        reason = str(error).partition("; ")[0]  # without all names that there are
+        raise InvalidArgument(f"{path} is no configuration of a knob: {reason}") from None
     return {**found, "plant": plant}
 
 
