@@ -8,11 +8,13 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
+from torsio import screen
 from torsio.cli import app
-from torsio.commands import orders
+from torsio.commands import shared
 
 DEVICE = ["--device", "emulated:config-cli"]
 
@@ -100,7 +102,7 @@ def test_faults_stop_and_zero_are_commands(monkeypatch: pytest.MonkeyPatch) -> N
     options = torsio.EmulatorOptions(hand=hand)
     with torsio.open("emulated", emulator=options) as knob:
         # The knob that the commands open, in a state that each has something to do about.
-        monkeypatch.setattr(orders, "opened", lambda *_: nullcontext(knob))
+        monkeypatch.setattr(torsio, "open", lambda *_, **__: nullcontext(knob))
         knob.sleep(0.2)
         assert knob.position_rad() == pytest.approx(0.5, abs=1e-3)
         run("zero")
@@ -122,6 +124,20 @@ def test_faults_stop_and_zero_are_commands(monkeypatch: pytest.MonkeyPatch) -> N
         assert knob.state == "disarmed"
         knob.arm()  # with a scene that is empty by now
         assert not knob.record(0.1)["motor_command_nm"].any()
+
+
+def test_order_is_given_before_a_screen_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(console: Console, text: str) -> None:
+        if console is screen.out:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(shared, "line", full)
+    with torsio.open("emulated") as knob:
+        monkeypatch.setattr(torsio, "open", lambda *_, **__: nullcontext(knob))
+        knob.play(torsio.Constant(torque_nm=0.02))
+        knob.arm()
+        run("stop", status=1)
+        assert knob.state == "disarmed"
 
 
 def test_arm_says_how_much_there_is_at_most() -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -399,3 +402,96 @@ def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
     for index, example in enumerate(examples("docs/how-to/testing.md", "python")):
         (pytester.path / f"test_page_{index}.py").write_text(example.code)
     pytester.runpytest("-W", "error").assert_outcomes(passed=4)
+
+
+WAIT = """if True:
+    import asyncio, concurrent.futures, multiprocessing.connection, queue, subprocess, sys
+    import torsio
+    from torsio import testing
+
+    pool = concurrent.futures.ThreadPoolExecutor(1)
+    condition = multiprocessing.Condition()
+    condition.acquire()
+    with torsio.open("emulated") as knob, testing.virtual_time(knob):
+        {}
+        assert knob.emulator.time_s < 1.0
+    print("done")
+"""
+
+
+@pytest.mark.parametrize(
+    "wait",
+    [
+        "asyncio.run(asyncio.sleep(0.01))",
+        "list(concurrent.futures.as_completed([pool.submit(int)], timeout=5.0))",
+        "multiprocessing.Pipe()[0].poll(0.01)",
+        "multiprocessing.connection.wait([multiprocessing.Pipe()[0]], 0.01)",
+        "condition.wait_for(int, timeout=0.01)",
+        "try: multiprocessing.Queue().get(timeout=0.01)\n        except queue.Empty: pass",
+        "try: queue.Queue().get(timeout=0.01)\n        except queue.Empty: pass",
+        "subprocess.run([sys.executable, '-c', ''], timeout=60.0)",
+    ],
+)
+def test_wait_of_the_standard_library_ends_by_the_walls_clock(wait: str) -> None:
+    # By itself, for as long as any loaded machine needs: what hangs is killed.
+    result = subprocess.run(
+        [sys.executable, "-c", WAIT.format(wait)],
+        capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert result.stdout == "done\n", result.stderr
+
+
+def test_every_module_of_the_standard_library_with_a_deadline_is_known() -> None:
+    library = Path(os.__file__).parent
+    none_waits_in_c = {"pydoc", "sched", "test", "trace", "tkinter", "idlelib", "lib2to3"}
+    found = {
+        file.relative_to(library).parts[0].removesuffix(".py")
+        for file in library.rglob("*.py")
+        if "-packages" not in str(file)
+        and re.search(r"time\.monotonic\(|import monotonic", file.read_text(errors="replace"))
+    }
+    assert found - none_waits_in_c <= testing.WAITING
+
+
+def test_group_of_xdist_changes_neither_seed_nor_command(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.xdist_group("slow")
+        def test_it(torsio_knob, torsio_seed):
+            assert torsio_seed == -1
+        """
+    )
+    texts = [
+        pytester.runpytest_subprocess(*options).stdout.str()
+        for options in ((), ("-n", "1", "--dist", "loadgroup"))
+    ]
+    (alone,), (grouped,) = (
+        [line for line in text.splitlines() if "again with" in line] for text in texts
+    )
+    assert alone == grouped
+    assert alone.endswith("'test_group_of_xdist_changes_neither_seed_nor_command.py::test_it'")
+
+
+def test_recording_of_a_test_with_a_long_name_has_room(pytester: pytest.Pytester) -> None:
+    name = "\u00e4" * 120  # 240 bytes
+    pytester.makepyfile(f"def test_{name}(torsio_knob):\n    assert False")
+    pytester.runpytest("--torsio-recordings=kept").assert_outcomes(failed=1)
+    assert len(list((pytester.path / "kept").iterdir())) == 1
+
+
+def test_recording_of_a_knob_of_the_plugin_is_whole(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import torsio
+
+        def test_it(torsio_knob, tmp_path):
+            with torsio_knob.record_to(tmp_path / "a.mcap"):
+                log = torsio_knob.record(0.05)
+            recorded = torsio.load(tmp_path / "a.mcap")
+            assert len(recorded.telemetry) >= len(log) == 50
+            assert recorded.whole
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=1)

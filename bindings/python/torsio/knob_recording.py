@@ -97,8 +97,12 @@ class KnobRecording:
             self._asked_s = -math.inf
             self._early, self._early_ticks = None, (0, 0)
             self._clock = _DeviceClock(self._knob)
-            self._tap = tap
-            self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
+            try:
+                self._tap = tap
+                self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
+            except BaseException:
+                self._tap = None  # or it keeps every report from now on
+                raise
         return self._file
 
     def close(self) -> None:

@@ -155,12 +155,13 @@ class _Tap:
 
     def record(
         self, duration_s: float, rate_hz: float | None, must_stay_armed: bool, kept: list[Any]
-    ) -> None:
+    ) -> Record:
         try:
-            self._knob.record(duration_s, rate_hz, must_stay_armed, kept)
+            samples: Record = self._knob.record(duration_s, rate_hz, must_stay_armed, kept)
         finally:
             if kept:
                 self._keep(kept[0])
+        return samples
 
     def read(self, max_samples: int, timeout_s: float, kept: list[Any]) -> Record:
         samples: Record = self._knob.read(max_samples, timeout_s, kept)

@@ -40,20 +40,20 @@ def arm_command(device: Device = "", seconds: Seconds = None) -> None:
 
 def clear_fault_command(device: Device = "") -> None:
     """Clear latched faults whose cause is gone; `torsio doctor` names them and their cure."""
-    with opened(device, out) as knob:
-        knob.clear_fault()
+    with opened(device, out, order=torsio.Knob.clear_fault):
+        pass
 
 
 def stop_command(device: Device = "") -> None:
     """Take the torque from a knob that plays on its own, and empty its scene."""
-    with opened(device, out) as knob:
-        knob.stop()
+    with opened(device, out, order=torsio.Knob.stop):
+        pass
 
 
 def zero_command(device: Device = "") -> None:
     """Make the angle where a knob stands its zero."""
-    with opened(device, out) as knob:
-        knob.zero()
+    with opened(device, out, order=torsio.Knob.zero):
+        pass
 
 
 def add_to(app: typer.Typer) -> None:

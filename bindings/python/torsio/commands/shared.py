@@ -92,15 +92,23 @@ def choose(device: str) -> str:
 
 @contextmanager
 def opened(
-    device: str, say: Console, emulator: torsio.EmulatorOptions | None = None
+    device: str,
+    say: Console,
+    emulator: torsio.EmulatorOptions | None = None,
+    order: Callable[[torsio.Knob], object] | None = None,
 ) -> Iterator[torsio.Knob]:
-    """Open a device, say which one it is, and close it."""
+    """Open a device, give it an order, say which one it is, and close it.
+
+    The order comes first: the screen may fail.
+    """
     selector = choose(device)
     options = emulator if selects_emulated(selector) else None
     is_open = False
     try:
         with torsio.open(selector, emulator=options) as knob:
             is_open = True
+            if order is not None:
+                order(knob)
             info = knob.info
             who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
             if selector != device:
