@@ -30,7 +30,7 @@ interface Found {
 type Said =
   | { kind: "step"; name: string }
   | Found
-  | { kind: "kept"; path: string }
+  | { kind: "kept"; path: string; forgets: boolean }
   | { kind: "refused"; why: string };
 
 // Those of the circuit only a knob has that measures its motor's current.
@@ -152,7 +152,9 @@ export class Calibrating {
         for (const place of places) place.className = "done";
         this.#show(said, socket);
       } else {
-        tell(`Kept in the knob, and with its uncertainties in ${said.path}.`);
+        tell(said.forgets
+          ? `Kept with its uncertainties in ${said.path}. The emulated knob forgets it, at the latest when torsio studio ends.`
+          : `Kept in the knob, and with its uncertainties in ${said.path}.`);
       }
     };
     await new Promise<void>((resolve) => {

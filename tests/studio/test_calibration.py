@@ -49,7 +49,7 @@ def test_page_measures_shows_and_keeps_what_it_found_when_told(
         assert float(value) == pytest.approx(STIFFNESS, abs=4 * float(sigma))
         assert list(tmp_path.rglob("*.json")) == []
         page.click("#calibration-keep")
-        expect(page.locator("#calibration-result")).to_contain_text("Kept in the knob")
+        expect(page.locator("#calibration-result")).to_contain_text("emulated knob forgets it")
         (kept,) = tmp_path.rglob("*.json")
         found = json.loads(kept.read_text())["quantities"]["stiffness_nm_per_rad"]
         assert float(value) == pytest.approx(found["value"], abs=0.1 * float(sigma))
@@ -174,6 +174,33 @@ def test_page_says_that_a_measurement_died_without_a_last_word(browser: Browser)
         page.click("#calibrate")
         expect(page.locator("#calibration-result")).to_contain_text("nothing was measured")
         state_is(page, "disarmed")  # it has its knob again
+
+
+@pytest.mark.parametrize("forgets", [False, True])
+def test_page_says_what_keeps_it(browser: Browser, *, forgets: bool) -> None:
+    found: dict[str, object] = {name: [] for name in ("quantities", "changes", "drifted", "fits")}
+    with bridge() as address, browser.new_context() as context:
+        # In place of the server's measurement: one of a knob that keeps, or does not.
+        def find(socket: WebSocketRoute) -> None:
+            def answer(_: str | bytes) -> None:
+                socket.send(
+                    json.dumps(found | {"kind": "found", "seconds": 1.0, "compared_with": None})
+                )
+                socket.send(json.dumps({"kind": "kept", "path": "x.json", "forgets": forgets}))
+                socket.close()
+
+            socket.on_message(answer)
+
+        page = context.new_page()
+        page.route_web_socket("**/calibration*", find)
+        page.goto(address)
+        state_is(page, "disarmed")
+        page.locator("#calibration summary").click()
+        page.check("#calibrate-clear")
+        page.click("#calibrate")
+        expect(page.locator("#calibration-result")).to_contain_text("x.json.")
+        words = page.locator("#calibration-result").text_content() or ""
+        assert ("Kept in the knob" in words, "forgets it" in words) == (not forgets, forgets)
 
 
 def test_page_tells_the_supply_that_was_typed(browser: Browser, tmp_path: Path) -> None:
