@@ -206,6 +206,14 @@ void assign_fields(const ConfigPart& part, Config& config) {
   }
 }
 
+/// For what must go on, and throws something else already.
+void try_to(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (...) {  // NOLINT(bugprone-empty-catch): the first fault is the one that is told
+  }
+}
+
 }  // namespace
 
 std::string dump_config(Knob& knob) {
@@ -248,11 +256,12 @@ void load_config(Knob& knob, std::string_view text) {
     throw Refused("somebody has the actuator: end it, and set it again", "not_disarmed", "command",
                   "");
   }
-  std::size_t done = 0;
+  std::size_t begun = 0;
   try {
-    for (; done < changes.size(); ++done) changes[done]();
-  } catch (const Error&) {
-    for (std::size_t i = 0; i < done; ++i) undo[i]();
+    while (begun < changes.size()) changes[begun++]();
+  } catch (...) {
+    // Also the one that threw: the knob may have taken it before the program was interrupted.
+    for (std::size_t i = 0; i < begun; ++i) try_to(undo[i]);
     throw;
   }
   knob.save();

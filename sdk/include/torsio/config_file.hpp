@@ -18,7 +18,7 @@ namespace torsio {
 [[nodiscard]] TORSIO_EXPORT std::string dump_config(Knob& knob);
 
 /// Sets what such a text has, and saves it. Fields that it does not name stay. If the knob refuses
-/// a part, everything stays.
+/// a part, or the program is interrupted meanwhile, everything stays.
 /// @throws InvalidArgument it is no such text, or has a field or a value that the knob does not
 ///         take; Refused somebody has the actuator
 TORSIO_EXPORT void load_config(Knob& knob, std::string_view text);

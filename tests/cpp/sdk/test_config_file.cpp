@@ -2,10 +2,13 @@
 // be wrong in such a text is in Python's tests of the same, tests/python/test_config_file.py.
 #include <doctest/doctest.h>
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "protocol/reports.hpp"
 #include "sdk/errors.hpp"
+#include "sdk/wrapped_transport.hpp"
 #include "torsio/config_file.hpp"
 
 using namespace torsio;
@@ -71,6 +74,42 @@ TEST_CASE(
                   Error);
   CHECK(knob.actuator_config().knob_inertia_kg_m2 == doctest::Approx(7e-5));
   CHECK(knob.calibration_config().values_are == Basis::stated);
+}
+
+namespace {
+
+/// What a program is interrupted with, as KeyboardInterrupt is: no error of the library.
+struct Ended {};
+
+/// Interrupts the program once the device has taken a board's configuration, and again at the next
+/// configuration.
+class Interrupting final : public test::WrappedTransport {
+ public:
+  using WrappedTransport::WrappedTransport;
+
+  bool set_feature(const ReportBytes& report) override {
+    const bool taken = WrappedTransport::set_feature(report);
+    if (report[0] == protocol::Layout<protocol::BoardConfig>::id) left_ = 2;
+    if (left_ == 0) return taken;
+    --left_;
+    throw Ended{};
+  }
+
+ private:
+  int left_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("whatever ends a loading, and its undoing again, everything is as before") {
+  Knob knob = Knob::open(std::make_unique<Interrupting>(open_transport("emulated")));
+  const std::string before = dump_config(knob);
+  CHECK_THROWS_AS(load_config(knob, R"({"actuator_config": {"knob_inertia_kg_m2": 9e-5},
+    "control_config": {"beta": 0.75}, "board_config": {"light_pin": 22}})"),
+                  Ended);
+  knob.sleep(0.01);  // the last order was not waited for either
+  CHECK(dump_config(knob) == before);
+  CHECK(knob.health().saves == 0);
 }
 
 TEST_CASE("a text that is cut off or damaged anywhere is told, or is another one") {
