@@ -25,6 +25,7 @@
 #include "emulator/usbip/options.hpp"
 #include "emulator/usbip/pacer.hpp"
 #include "emulator/usbip/server.hpp"
+#include "emulator/usbip/storage.hpp"
 #include "emulator/usbip/truth_log.hpp"
 #include "emulator/usbip/usb_knob.hpp"
 
@@ -97,39 +98,6 @@ Hand first_hand(const std::string& choice) {
   if (!script) throw BadOption(path + ": cannot be read: " + std::strerror(errno));
   return read_hand(script, path);
 }
-
-/// The knob's storage in a file, which outlives the program.
-class Storage {
- public:
-  explicit Storage(const std::string& path) : path_(path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return;  // a new one
-    for (device::SlotBytes& slot : slots_.slot) {
-      file.read(reinterpret_cast<char*>(slot.data()), static_cast<std::streamsize>(slot.size()));
-    }
-    if (!file || file.peek() != std::ifstream::traits_type::eof()) {
-      throw BadOption("--storage " + path + " is no file that a virtual knob has written");
-    }
-  }
-
-  [[nodiscard]] const device::StoredSlots& slots() const { return slots_; }
-
-  /// Writes what is new.
-  void keep(const device::StoredSlots& slots) {
-    if (slots.slot == slots_.slot) return;
-    slots_ = slots;
-    std::ofstream file(path_, std::ios::binary);
-    for (const device::SlotBytes& slot : slots_.slot) {
-      file.write(reinterpret_cast<const char*>(slot.data()),
-                 static_cast<std::streamsize>(slot.size()));
-    }
-    if (!file.flush()) say("warning", path_ + ": cannot be written: " + std::strerror(errno));
-  }
-
- private:
-  std::string path_;
-  device::StoredSlots slots_ = device::empty_slots();
-};
 
 /// Lines from standard input, as they come.
 class Commands {
@@ -218,10 +186,18 @@ class Program {
       if (pacer.take(steady_clock::now())) frame(pacer);
     }
     if (log_) log_->flush();
-    if (storage_) storage_->keep(knob_.device().stored());
+    keep_storage();
   }
 
  private:
+  /// A fault is said once, not with each try.
+  void keep_storage() {
+    if (!storage_) return;
+    const std::string fault = storage_->keep(knob_.device().stored());
+    if (!fault.empty() && fault != storage_fault_) say("warning", fault);
+    storage_fault_ = fault;
+  }
+
   void follow(std::string_view line) {
     static constexpr std::pair<std::string_view, void (HostController::*)()> kOfTheBus[] = {
         {"suspend", &HostController::suspend},
@@ -255,7 +231,8 @@ class Program {
     }
     teller.flush();
     ++frames_;
-    if (storage_) storage_->keep(knob_.device().stored());
+    // What failed is tried again once in a second.
+    if (storage_fault_.empty() || frames_ % kFramesPerSecond == 0) keep_storage();
     if (options_.status && frames_ % kFramesPerStatus == 0) tell_status(knob_.device());
     if (frames_ % kFramesPerSecond != 0) return;
     if (log_) log_->flush();
@@ -265,6 +242,7 @@ class Program {
 
   ProgramOptions options_;
   std::optional<Storage> storage_;
+  std::string storage_fault_;
   UsbKnob knob_;
   HandCommands hands_;
   Server server_;

@@ -1,11 +1,15 @@
 // The parts of torsio_virtual_knob: its clock, its hands, its options and its log.
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 #include <variant>
@@ -13,6 +17,7 @@
 #include "emulator/usbip/hands.hpp"
 #include "emulator/usbip/options.hpp"
 #include "emulator/usbip/pacer.hpp"
+#include "emulator/usbip/storage.hpp"
 #include "emulator/usbip/truth_log.hpp"
 #include "temporary_directory.hpp"
 
@@ -163,6 +168,78 @@ TEST_CASE("hand follows a script while the knob runs, and one that no hand can i
   std::ofstream(path) << "motion_rad\n0 0\n1e-9 1.5\n";
   CHECK_FALSE(commands.follow("script " + path));
   CHECK_FALSE(commands.follow("script " + path + " that is not there"));
+}
+
+namespace {
+
+torsio::device::StoredSlots filled_with(std::uint8_t byte) {
+  torsio::device::StoredSlots slots;
+  for (auto& bytes : slots.slot) bytes.fill(byte);
+  return slots;
+}
+
+/// No file may become longer than half a slot, as on a disk that is nearly full.
+class SmallDisk {
+ public:
+  SmallDisk() : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    REQUIRE(getrlimit(RLIMIT_FSIZE, &before_) == 0);
+    rlimit small = before_;
+    small.rlim_cur = torsio::device::kSlotSize / 2;
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  ~SmallDisk() {
+    (void)setrlimit(RLIMIT_FSIZE, &before_);
+    (void)std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+}  // namespace
+
+TEST_CASE("storage that cannot be written stays whole, is told, and is written with the next try") {
+  const torsio::test::TemporaryDirectory folder;
+  const std::string path = folder.path() + "/" + std::string(255, 'x');
+  Storage storage(path);
+  CHECK(storage.slots().slot == torsio::device::empty_slots().slot);
+  const torsio::device::StoredSlots old = filled_with(1);
+  const torsio::device::StoredSlots later = filled_with(2);
+  CHECK(storage.keep(old).empty());
+  using std::filesystem::perms;
+  const perms mode = perms::owner_read | perms::owner_write;
+  std::filesystem::permissions(path, mode);
+  std::filesystem::create_symlink(path, folder.path() + "/link");
+  Storage linked(folder.path() + "/link");
+  for (const int attempt : {1, 2}) {
+    CAPTURE(attempt);
+    std::string told;
+    {
+      const SmallDisk small;
+      told = linked.keep(later);
+    }
+    CHECK(told == path + ": cannot be written: File too large");
+    CHECK(Storage(path).slots().slot == old.slot);
+  }
+  CHECK(linked.keep(later).empty());
+  CHECK(Storage(path).slots().slot == later.slot);
+  CHECK(std::filesystem::is_symlink(folder.path() + "/link"));
+  CHECK(std::filesystem::status(path).permissions() == mode);
+  using Files = std::filesystem::directory_iterator;
+  CHECK(std::distance(Files(folder.path()), Files()) == 2);  // nothing is left beside
+}
+
+TEST_CASE("storage that is there and cannot be read is told, and is no new one") {
+  const torsio::test::TemporaryDirectory folder;
+  const std::string path = folder.path() + "/round";
+  std::filesystem::create_symlink(path, path);
+  CHECK_THROWS_WITH_AS(
+      Storage{path},
+      ("--storage " + path + ": cannot be read: Too many levels of symbolic links").c_str(),
+      BadOption);
 }
 
 TEST_CASE("options are read in both ways of writing them") {
