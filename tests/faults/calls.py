@@ -251,7 +251,7 @@ def interrupt_thread(at: int, kind: type[BaseException]) -> tuple[str, Injection
 
 
 def interrupt_update(at: int, kind: type[BaseException]) -> tuple[str, Injection]:
-    """End a firmware update at a line; the drive has the file whole, or was told why not."""
+    """End a firmware update at a line; the drive has the file whole, or the call told why not."""
     injection = Injection(at, kind)
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
@@ -259,15 +259,23 @@ def interrupt_update(at: int, kind: type[BaseException]) -> tuple[str, Injection
         file = folder / "torsio-pico2.uf2"
         file.write_bytes(image())
         board = StandIn(folder / "system")
-        done: object = None
+        told: BaseException | None = None
         try:
             with injection.active():
-                done = torsio.update_firmware(file, host=board, timeout_s=10.0)
+                torsio.update_firmware(file, host=board, timeout_s=10.0)
         except BaseException as error:
-            if kind_is_lost(error, injection):
-                return "KeyboardInterrupt did not go on", injection
-        finally:
-            board.knob.close()
-        if done is None and injection.where is None:
-            return "not updated, and nobody told", injection
-        return "", injection
+            told = error
+        if board.taken or (board.mount / "torsio.uf2").exists():
+            board.taking.join()
+        is_armed = board.knob.state != "disarmed"
+        board.knob.close()
+    if kind_is_lost(told, injection):
+        return "KeyboardInterrupt did not go on", injection
+    if is_armed:
+        return "armed", injection
+    if told is None:
+        return "" if board.taken == image() else "not whole, and nobody told", injection
+    if board.taken not in (b"", image()):
+        return "the drive has taken something else", injection
+    is_told = injection.where is not None and isinstance(told, kind | torsio.Error)
+    return "" if is_told else f"told by {told!r}", injection

@@ -171,6 +171,8 @@ class StandIn:
         self.other_release = False
         self.loses_configuration, self.twin = False, False
         self.started: list[str] = []
+        self.taken = b""
+        self.taking = threading.Thread(target=self._take, daemon=True)
         self.knob = torsio.open("emulated")
         (root / "proc").mkdir()
         (root / "proc/mounts").write_text("proc /proc proc rw 0 0\n", encoding="ascii")
@@ -217,7 +219,7 @@ class StandIn:
             (self.root / "proc/mounts").write_text(
                 "/dev/sda1 /media/me/my\\040knob vfat rw 0 0\n", encoding="ascii"
             )
-            threading.Thread(target=self._take, daemon=True).start()
+            self.taking.start()
 
     def _take(self) -> None:
         # A boot loader starts what it has got once all blocks have come.
@@ -231,6 +233,7 @@ class StandIn:
             time.sleep(0.005)
         else:
             return  # nothing was copied, and the test is over
+        self.taken = data
         time.sleep(0.02)
         (self.root / "proc/mounts").write_text("", encoding="ascii")
         shutil.rmtree(self.mount)
