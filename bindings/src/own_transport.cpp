@@ -80,6 +80,7 @@ class OwnTransport final : public Transport {
   void close() noexcept override {
     closed_ = true;
     const Locked locked;
+    const InTransport inside(*passing_);
     try {
       own_.attr("close")();
     } catch (py::error_already_set& error) {

@@ -228,6 +228,21 @@ def test_handler_of_a_signal_in_a_transport_is_told_that_it_cannot_use_the_knob(
     assert not made.is_armed
 
 
+def test_transport_whose_close_closes_the_knob_is_told_that_it_cannot() -> None:
+    made = Device()
+
+    def close() -> None:
+        with pytest.raises(torsio.Error, match="cannot use the knob"):
+            knob.close()
+        made.is_closed = True
+
+    made.close = close  # type: ignore[method-assign]
+    with torsio.open(made) as knob:
+        knob.arm()
+    assert made.is_closed
+    assert not knob.is_open
+
+
 AT_END = """
 import sys, torsio
 from tests.faults.knobs import Device, PacedDevice
