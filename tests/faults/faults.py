@@ -9,7 +9,8 @@ calibration   the same in a calibration, whose configuration must be put back
 update        the same in a firmware update
 thread        the same in the thread that writes a recording's file
 transport     each write and each read of a transport fails, is cut short, or gives nonsense
-files         each operation on a file fails: recordings, configurations, reports, results, stores
+files         each operation on a file fails: recordings, configurations, reports, firmware,
+              results, stores
 allocations   each allocation of the example program in C fails
 """
 

@@ -12,6 +12,8 @@ import json
 import os
 import sys
 import tempfile
+import threading
+import traceback
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +23,7 @@ from typer.testing import CliRunner
 
 import torsio
 from tests.faults.knobs import Device
+from tests.python.test_firmware import StandIn, image
 from torsio import bug_report, calibration
 from torsio.calibration import keeping
 from torsio.cli import app
@@ -205,12 +208,40 @@ def store(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     return act, wrong
 
 
+class _Board(StandIn):
+    """Takes what is copied when it is looked for, in no thread: operations have an order."""
+
+    def list_devices(self) -> list[torsio.ListedDevice]:
+        copied = self.mount / "torsio.uf2"
+        if copied.is_file() and copied.stat().st_size == len(image()):
+            self._take()
+        return super().list_devices()
+
+
+def firmware_update(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    file = folder / "torsio-pico2.uf2"
+    file.write_bytes(image())
+    board = _Board(folder)
+    board.taking = threading.Thread()  # of nothing
+
+    def wrong(raised: BaseException | None) -> str:
+        board.knob.close()
+        if raised is None:
+            return "" if board.taken == image() else "not whole, and nothing was raised"
+        frames = {frame.name for frame in traceback.extract_tb(raised.__traceback__)}
+        # What the stand-in's own files raise is not the library's to tell.
+        return "" if frames & {"appear", "_take"} else _sentence(raised)
+
+    return lambda: torsio.update_firmware(file, host=board, timeout_s=1.0), wrong
+
+
 SCENARIOS = {
     "recording": recording,
     "configuration file": configuration,
     "calibration report": calibration_report,
     "bug report": report,
     "table": table,
+    "firmware update": firmware_update,
     "study's results": results,
     "study's store": store,
 }
