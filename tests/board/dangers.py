@@ -100,7 +100,7 @@ DANGERS = (
     Danger("current sensor stuck at 1 A", _motor(sensor_amperes=1.0),
            "winding", "winding", 10, by_chance_ms=1.0),
     Danger("current sensor stuck at -0.5 A", _motor(sensor_amperes=-0.5),
-           "winding", "winding", 10, by_chance_ms=0.5),
+           "winding", "winding", 10, by_chance_ms=1.0),
     Danger("current sensor's zero moves by 0.25 A", lambda board: shift_zero(board, 0.25),
            "winding", "winding", 80, rests=True),
     Danger("current sensor's zero moves by 0.8 A", lambda board: shift_zero(board, 0.8),
