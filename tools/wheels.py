@@ -13,6 +13,7 @@ import re
 import shutil
 import sys
 import tempfile
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -93,7 +94,10 @@ def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
 
 
 def repair(wheel: Path, architecture: str, own: Path) -> Path:
-    """Check that a wheel for Linux needs nothing newer than it promises, and name it so."""
+    """Check that a wheel lists its parts, and that one for Linux runs where it promises to."""
+    with zipfile.ZipFile(wheel) as files:
+        if not any(name.endswith("sboms/torsio.cdx.json") for name in files.namelist()):
+            raise Failed(f"{wheel.name} has no list of its parts")
     OUT.mkdir(parents=True, exist_ok=True)
     if architecture == "win_amd64":
         return Path(shutil.copy(wheel, OUT))

@@ -35,12 +35,8 @@ _MADE = {
     *(".venv", ".git", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 }
 _BUILDING = (
-    "CMakeLists.txt",
-    "CMakePresets.json",
-    "cmake",
-    "pyproject.toml",
-    "tests/conftest.py",
-    "tests/once.py",
+    *("CMakeLists.txt", "CMakePresets.json", "cmake"),
+    *("pyproject.toml", "tests/conftest.py", "tests/once.py"),
 )
 _FIRMWARE = ("firmware/core", "firmware/protocol", "firmware/device")
 _LIBRARIES = (*_BUILDING, *_FIRMWARE, "firmware/usb", "firmware/boards", "emulator", "sdk")
