@@ -9,6 +9,8 @@ import time
 
 import pytest
 
+import torsio
+
 PROGRAM = """
 import sys, torsio
 with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
@@ -91,3 +93,14 @@ def test_interrupt_in_an_event_callback_goes_on_to_the_program() -> None:
     )
     assert result.stdout == "interrupted\n", result.stderr
     assert result.stderr == ""
+
+
+def test_no_python_code_runs_when_a_closed_knob_goes() -> None:
+    # Python drops a Ctrl-C that falls into such code.
+    knob = torsio.open("emulated")
+    knob.close()
+    called = []
+    sys.setprofile(lambda frame, event, _: called.append(f"{event} {frame.f_code.co_name}"))
+    del knob
+    sys.setprofile(None)
+    assert [call for call in called if call.startswith("call")] == []

@@ -64,7 +64,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         self._recording = KnobRecording(knob, logs_inputs=logs_inputs, time_waits=time_waits)
         self._awaits_arm = False  # a scene was played that nobody has armed
         self._told: Callable[[dict[str, Any]], object] | None = None
-        _open_knobs.add(self)
+        _open_knobs[id(self)] = weakref.ref(self)
 
     def __enter__(self) -> Knob:
         """Give the knob itself. Raises `Closed` if it is none any more."""
@@ -97,6 +97,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
 
     def _forget(self) -> None:
         self._told = None
+        _open_knobs.pop(id(self), None)
 
     @property
     def is_open(self) -> bool:
@@ -439,11 +440,13 @@ class Knob(KnobConfiguration, KnobTelemetry):
         return self._knob.wait_for(state, checks.number("timeout_s", timeout_s))
 
 
-_open_knobs: weakref.WeakSet[Knob] = weakref.WeakSet()
+# By address, so that a new knob takes the place of a dead one. Not a WeakSet: Python drops a Ctrl-C
+# that falls into the callback of its references.
+_open_knobs: dict[int, weakref.ref[Knob]] = {}
 
 
 @atexit.register
 @_torsio.all_of
 def _close_all() -> Iterable[Callable[[], object]]:
     """Close all open knobs when the interpreter ends, whatever threads wait."""
-    return [knob.close for knob in list(_open_knobs)]
+    return [knob.close for this in list(_open_knobs.values()) if (knob := this()) is not None]
