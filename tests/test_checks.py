@@ -94,8 +94,16 @@ def test_layer_check_finds_a_planted_violation(layered: LayeredTree, file: str, 
 @pytest.mark.parametrize(
     ("file", "line", "contract"),
     [
-        ("bindings/python/torsio/scenes.py", "import torsio_studies", "never the other way"),
-        ("bindings/python/torsio/scenes.py", "from tests.python import wire", "know nothing of"),
+        (
+            "bindings/python/torsio/batch.py",
+            "import torsio_studies",
+            "never the other way",
+        ),
+        (
+            "bindings/python/torsio/batch.py",
+            "from tests.python import wire",
+            "know nothing of",
+        ),
         (
             "bindings/python/torsio/errors.py",
             "def planted() -> None:\n    from torsio import knob",

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import pytest
 import typer
 
-from torsio import cli
+from torsio.apps import cli
 
 TREE = Path(__file__).parent.parent
 BETWEEN = "-- next example --"

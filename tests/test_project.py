@@ -99,10 +99,10 @@ LATE = {
     # Optional packages, and those of our modules that cannot do without one ...
     *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow", "zstandard"),
     *("mujoco", "mujoco.rollout", "distributed"),
-    *("torsio.cli", "torsio.studio.server", "torsio.studio.watching"),
-    *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.stability_figure"),
-    *("torsio.plots", "torsio.trading.figure"),
-    "torsio",  # by the fixtures of pytest
+    *("torsio.apps.cli", "torsio.studio.server", "torsio.studio.watching"),
+    *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.apps.stability_figure"),
+    *("torsio.common.plots", "torsio.trading.figure"),
+    "torsio.apps",  # by the fixtures of pytest
     # ... and what the other commands need not wait for.
     *("torsio_studies.execution", "f'torsio_studies.{name}.study'"),
 }

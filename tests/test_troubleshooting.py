@@ -8,14 +8,15 @@ from pathlib import Path
 import pytest
 
 from firmware.protocol.definition import enumerations as e
-from torsio import doctor, documents
+from torsio.apps import doctor
+from torsio.common import documents
 
 TREE = Path(__file__).parent.parent
 PAGE = (TREE / "docs/reference/troubleshooting.md").read_text(encoding="utf-8")
 ENTRIES = set(re.findall(r"^### (\S+)$", PAGE, re.MULTILINE))
 DOCTOR = "".join(
     file.read_text(encoding="utf-8")
-    for file in (TREE / "bindings/python/torsio").glob("doctor/*.py")
+    for file in (TREE / "bindings/python/torsio/apps").glob("doctor/*.py")
 )
 
 WANTED = {

@@ -19,7 +19,7 @@ namespace torsio::bindings {
 
 /// A value as messages show it: short, in one line, whatever it is.
 inline std::string shown(const pybind11::handle& value) {
-  return pybind11::module_::import("torsio.checks").attr("show")(value).cast<std::string>();
+  return pybind11::module_::import("torsio.common.checks").attr("show")(value).cast<std::string>();
 }
 
 /// A message as Python has it, also where it names a file whose name is no text.

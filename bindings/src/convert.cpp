@@ -60,12 +60,12 @@ class Classes {
 };
 
 const Classes<Effect>& effect_classes() {
-  static const Classes<Effect> classes("torsio.scenes");
+  static const Classes<Effect> classes("torsio.printed.scenes");
   return classes;
 }
 
 const Classes<Hand>& hand_classes() {
-  static const Classes<Hand> classes("torsio.hands");
+  static const Classes<Hand> classes("torsio.printed.hands");
   return classes;
 }
 
@@ -90,7 +90,7 @@ Effect effect_from_python(const py::handle& source) {
   const std::size_t found = effect_classes().find(source);
   if (found < effect_classes().count) return effect_classes().convert(source, found);
   throw py::type_error("not an effect: " + shown(source) +
-                       " (see torsio.scenes for those that there are)");
+                       " (see torsio.printed.scenes for those that there are)");
 }
 
 Scene scene_from_python(const py::handle& source) {
@@ -144,7 +144,7 @@ Hand hand_from_python(const py::handle& source) {
   const std::size_t found = hand_classes().find(source);
   if (found < hand_classes().count) return hand_classes().convert(source, found);
   throw py::type_error("not a hand: " + shown(source) +
-                       " (see torsio.hands for those that there are)");
+                       " (see torsio.printed.hands for those that there are)");
 }
 
 }  // namespace torsio::bindings

@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 from tests.bench.bench_stiffness import SPEEDS_RAD_S, TRIED_S, Array, islands, springs, stable_to
 from torsio import BoardConfig, BrakeHysteresis, Electrics, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions, simulate, simulate_many
-from torsio.config import Law
+from torsio.printed.config import Law
 from torsio_studies.paper import runs
 
 RATE_HZ = 20e3

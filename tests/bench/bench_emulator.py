@@ -21,8 +21,8 @@ import numpy as np
 from torsio.closed_loop import LoopOptions, simulate
 from torsio.demos import wall
 from torsio.emulator import Plant
-from torsio.plant import Belt, Cogging, PlantParams
-from torsio.scenes import Wall
+from torsio.printed.plant import Belt, Cogging, PlantParams
+from torsio.printed.scenes import Wall
 
 TREE = Path(__file__).parents[2]
 GOAL_REALTIME_FACTOR = 2000  # of the whole device at 10 kHz

@@ -25,8 +25,8 @@ import numpy as np
 
 import torsio
 from torsio.closed_loop import InitialState, LoopOptions, simulate_many
-from torsio.config import Law
-from torsio.scenes import Effect
+from torsio.printed.config import Law
+from torsio.printed.scenes import Effect
 
 SPEEDS_RAD_S = (0.5, 1.5, 3.0, 5.0, 7.0, 10.0, 14.0, 18.0, 22.0, 27.0, 33.0)
 LEANING = [(speed, weight) for speed in (0.5, 3.0, 10.0, 22.0) for weight in (-0.015, 0.015)]

@@ -19,8 +19,8 @@ from tests.board.pico import MS, EmulatedPico, confirm, enumerated
 from tests.board.twin import Twin
 from tests.board.world import World
 from torsio.emulator import Plant
-from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
-from torsio.plant import Electrics, PlantParams
+from torsio.printed.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.printed.plant import Electrics, PlantParams
 from torsio_studies.paper.runs import (
     RELEASE_SPEED_RAD_S,
     SPIN_UP_NM,

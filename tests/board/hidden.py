@@ -11,7 +11,7 @@ from tests.board import pico
 from tests.board.felt import ELECTRICS
 from tests.board.live import live_knob
 from torsio import calibration
-from torsio.plant import PlantParams
+from torsio.printed.plant import PlantParams
 from torsio_studies.calibration.driven import electric_plant, seen_truth
 from torsio_studies.calibration.knobs import HiddenKnob
 

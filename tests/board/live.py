@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import torsio
 from tests.board import felt
 from tests.board.pico import MS, EmulatedPico, UsbStall
-from torsio.plant import PlantParams
+from torsio.printed.plant import PlantParams
 
 TAKEN_MS = 20  # so long the bus tries to hand over a report
 

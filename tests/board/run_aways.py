@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from tests.board import felt, pico
 from tests.board.unguarded import take_away, unguarded
-from torsio.hands import NoHand
+from torsio.printed.hands import NoHand
 
 STIFFNESS = math.degrees(30e-3)
 LEAN_NM = 50e-3

@@ -9,8 +9,8 @@ from tests.board.hidden import board_plant, hidden_board
 from tests.board.world import World
 from torsio.calibration.electric import intervals
 from torsio.calibration.play import Player, Run
-from torsio.plant import Electrics, PlantParams
-from torsio.told import MotorCurrent
+from torsio.printed.plant import Electrics, PlantParams
+from torsio.printed.told import MotorCurrent
 from torsio_studies.calibration.driven import seen_truth
 from torsio_studies.calibration.knobs import hidden_knob
 

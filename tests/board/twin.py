@@ -8,8 +8,8 @@ from typing import Any
 from tests.board.world import ROW_NS, columns
 from tests.python import wire
 from torsio.emulator import EmulatedDevice
-from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.printed.hands import Hand
+from torsio.printed.plant import PlantParams
 
 SET_REPORT, GET_REPORT = 0x09, 0x01
 

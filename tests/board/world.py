@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from torsio.config import BoardConfig
 from torsio.emulator import Circuit, Encoder, Plant
-from torsio.hands import Hand
-from torsio.plant import Electrics, PlantParams
+from torsio.printed.config import BoardConfig
+from torsio.printed.hands import Hand
+from torsio.printed.plant import Electrics, PlantParams
 
 PERIOD_NS = 25_000  # of the bridges' PWM
 ROW_NS = 1_000_000  # from one row of a record to the next

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 import torsio
-import torsio.knob as knob_module
 from tests.faults.knobs import Device, device
 from tests.faults.lines import Injection
 from tests.python.test_firmware import StandIn, image
 from torsio.calibration import calibrate
+from torsio.knob import knob as knob_module
 
 SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
 

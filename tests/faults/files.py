@@ -24,9 +24,10 @@ from typer.testing import CliRunner
 import torsio
 from tests.faults.knobs import Device
 from tests.python.test_firmware import StandIn, image
-from torsio import bug_report, calibration
+from torsio import calibration
+from torsio.apps import bug_report
+from torsio.apps.cli import app
 from torsio.calibration import keeping
-from torsio.cli import app
 from torsio_studies import common
 from torsio_studies.design.store import Store
 

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
-from torsio import whole_file
+from torsio.common import whole_file
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.knob import DEFAULT, Knob, load
 from torsio_hardware.rehearsing import app

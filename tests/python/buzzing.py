@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from torsio import BoardConfig, ControlConfig, Electrics, ImpedanceHand, NoHand, Spring, Wall
 from torsio.closed_loop import InitialState, LoopOptions, simulate
-from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.printed.hands import Hand
+from torsio.printed.plant import PlantParams
 
 __all__ = ["BOARDS", "HANDS", "REST_COUNTS", "SPEEDS_RAD_S", "Trial", "motion"]
 

@@ -18,7 +18,7 @@ from tests.python.test_calibrated_law import (
 )
 from torsio import PlantParams, ShaftConfig, ShaftHardening, calibration
 from torsio.closed_loop import replay, simulate
-from torsio.config import Law
+from torsio.printed.config import Law
 
 STIFFNESS = 1.4
 # Twice as stiff from 14 mN m on, and half as stiff.

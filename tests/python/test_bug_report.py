@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import torsio
-from torsio import bug_report
+from torsio.apps import bug_report
 
 RUN = "import sys; from torsio.__main__ import main; main()"
 

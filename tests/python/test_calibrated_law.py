@@ -16,8 +16,8 @@ import pytest
 from tests.python import reference
 from torsio import ActuatorConfig, ControlConfig, ImpedanceHand, NoHand, PlantParams, Wall
 from torsio.closed_loop import LoopOptions, replay, simulate
-from torsio.hands import Hand, TorqueHand
-from torsio.plant import BrakeHysteresis
+from torsio.printed.hands import Hand, TorqueHand
+from torsio.printed.plant import BrakeHysteresis
 from torsio.telemetry import Record
 
 COUNTS = 32_768

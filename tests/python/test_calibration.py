@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
+from torsio.apps.cli import app
+from torsio.apps.commands.calibrate import words_of
+from torsio.apps.doctor.knob import missing
 from torsio.calibration import brake, numeric, procedure, report
 from torsio.calibration.proposal import certain_assist_nm
-from torsio.cli import app
-from torsio.commands.calibrate import words_of
-from torsio.doctor.knob import missing
 
 
 @pytest.fixture(autouse=True)

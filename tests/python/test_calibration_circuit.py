@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
+from torsio.apps.cli import app
+from torsio.apps.commands.calibrate import words_of
 from torsio.calibration.circuit import ELECTRIC_STEPS, MEASURED_OF_BOARD, push_current
 from torsio.calibration.play import Player
-from torsio.cli import app
-from torsio.commands.calibrate import words_of
 
 OHM, HENRY, SUPPLY_V, SENSOR_V_PER_A = 2.3, 1.7e-3, 12.8, 0.19
 ELECTRICS = torsio.Electrics(

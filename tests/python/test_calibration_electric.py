@@ -19,7 +19,7 @@ from torsio.calibration.electric import (
     winding,
 )
 from torsio.calibration.quantity import Array, Quantity
-from torsio.told import MotorCurrent
+from torsio.printed.told import MotorCurrent
 
 OHM, HENRY, CONSTANT, SUPPLY_V = 2.31, 1.7e-3, 0.047, 12.0
 BELIEVED = {"believed_ohm": 2.5, "believed_h": 1.5e-3}

@@ -15,8 +15,8 @@ import typer
 from typer.testing import CliRunner
 
 import torsio
-from torsio.cli import app
-from torsio.commands import other as other_commands
+from torsio.apps.cli import app
+from torsio.apps.commands import other as other_commands
 from torsio.demos import wall
 
 COMMAND = str(Path(sys.executable).with_name("torsio"))

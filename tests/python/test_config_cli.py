@@ -12,9 +12,9 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
-from torsio import screen
-from torsio.cli import app
-from torsio.commands import shared
+from torsio.apps.cli import app
+from torsio.apps.commands import shared
+from torsio.common import screen
 
 DEVICE = ["--device", "emulated:config-cli"]
 

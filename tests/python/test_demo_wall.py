@@ -12,7 +12,7 @@ import pytest
 
 import torsio
 from torsio.demos import wall, wall_figure
-from torsio.plant import PlantParams
+from torsio.printed.plant import PlantParams
 from torsio.telemetry import TRUTH_DTYPE
 
 STIFFNESS = 1.5

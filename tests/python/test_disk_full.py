@@ -20,10 +20,11 @@ from typer.testing import CliRunner
 
 import torsio
 from tests.faults.knobs import device
-from torsio import recording_file, whole_file
-from torsio.cli import app
+from torsio.apps.cli import app
+from torsio.common import whole_file
+from torsio.common.whole_file import beside
+from torsio.recordings import file as recording_file
 from torsio.telemetry import TELEMETRY_DTYPE
-from torsio.whole_file import beside
 
 ROOM_BYTES = 6000
 

@@ -17,13 +17,13 @@ import pytest
 
 import torsio
 from tests.python import wire
-from torsio import doctor
-from torsio.doctor import facts as doctor_facts
-from torsio.doctor import knob as doctor_knob
-from torsio.doctor import linux as doctor_linux
-from torsio.doctor import others as doctor_others
-from torsio.doctor.facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
-from torsio.statuses import FAULT_ADVICE
+from torsio.apps import doctor
+from torsio.apps.doctor import facts as doctor_facts
+from torsio.apps.doctor import knob as doctor_knob
+from torsio.apps.doctor import linux as doctor_linux
+from torsio.apps.doctor import others as doctor_others
+from torsio.apps.doctor.facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
+from torsio.printed.statuses import FAULT_ADVICE
 
 TREE = Path(__file__).parents[2]
 COMMAND = str(Path(sys.executable).with_name("torsio"))

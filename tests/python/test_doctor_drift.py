@@ -9,10 +9,11 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
-from torsio import calibration, doctor
-from torsio.cli import app
-from torsio.doctor.drift import check_drift
-from torsio.doctor.findings import Finding
+from torsio import calibration
+from torsio.apps import doctor
+from torsio.apps.cli import app
+from torsio.apps.doctor.drift import check_drift
+from torsio.apps.doctor.findings import Finding
 
 
 @pytest.fixture(autouse=True)

@@ -107,7 +107,7 @@ knob.on_event(lambda event: kept.append(event.state))
 knob.arm()
 threading.Thread(target=lambda: knob.sleep(60), daemon=True).start()
 time.sleep(0.1)
-import torsio.knob as module
+from torsio.knob import knob as module
 module._close_all()
 print(kept[-1], knob.is_open)
 """

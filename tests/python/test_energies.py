@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import torsio
-from torsio.config import Law
+from torsio.printed.config import Law
 
 Visit = tuple[torsio.Energies, torsio.telemetry.Record, torsio.telemetry.Record]
 

@@ -10,7 +10,7 @@ import pytest
 
 import torsio
 from torsio import Excitation
-from torsio.hands import PrescribedMotion
+from torsio.printed.hands import PrescribedMotion
 
 BOUNDS = {
     "duration_s": 0.5,

@@ -85,7 +85,7 @@ def test_demo_without_matplotlib_measures_and_says_how_to_get_its_picture(tmp_pa
 
 @pytest.mark.parametrize("extra", ["cli", "gym", "plot", "record", "studio"])
 def test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from(extra: str) -> None:
-    from torsio.extras import how_to_install
+    from torsio.common.extras import how_to_install
 
     place = how_to_install(extra).removeprefix("pip install '").removesuffix(f"[{extra}]'")
     assert (Path(place) / "pyproject.toml").is_file()

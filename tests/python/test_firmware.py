@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 import torsio
 from tools import uf2
 from torsio import protocol
-from torsio.cli import app
+from torsio.apps.cli import app
 
 OURS = protocol.fingerprint()
 

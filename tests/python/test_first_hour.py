@@ -22,7 +22,8 @@ import pytest
 from rich.console import Console
 
 import torsio
-from torsio import calibration, screen
+from torsio import calibration
+from torsio.common import screen
 
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
 HAND = torsio.EmulatorOptions(hand=torsio.TorqueHand(torque_nm=0.03))
@@ -101,7 +102,7 @@ def test_package_that_was_copied_without_its_metadata_works() -> None:
         "def missing(name): raise metadata.PackageNotFoundError(name)\n"
         "metadata.distribution = metadata.metadata = metadata.version = missing\n"
         "import torsio\n"
-        "from torsio import documents, extras\n"
+        "from torsio.common import documents, extras\n"
         "print(torsio.__version__, extras.source_folder(), documents.entry('encoder'))\n"
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -24,7 +24,7 @@ MOST_RAD = 2**26 * 2 * math.pi
 NEAREST = Fraction(1, 2) + Fraction(1, 100_000)
 
 
-def sent(effect: torsio.scenes.Effect, field: str, counts_per_rev: int = 8192) -> int:
+def sent(effect: torsio.Effect, field: str, counts_per_rev: int = 8192) -> int:
     actuator = torsio.ActuatorConfig(counts_per_rev=counts_per_rev)
     options = LoopOptions(scene=effect, actuator=actuator)
     found = (wire.decode(report) for report in reports(options))

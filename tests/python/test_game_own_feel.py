@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import torsio
 from tests.python.game import CONSTANT, Game
-from torsio.cli import app
+from torsio.apps.cli import app
 
 FRAME_S = 1 / 60
 # A game's stiff spring is at full torque a twentieth of the way to the axis's end.

@@ -13,8 +13,8 @@ from typer.testing import CliRunner, Result
 
 import torsio
 from tests.python.game import CONSTANT, SPRING, Game
-from torsio.cli import app
-from torsio.commands import games as games_cli
+from torsio.apps.cli import app
+from torsio.apps.commands import games as games_cli
 from torsio.games import GameMonitor
 
 FULL_NM = 0.08

@@ -19,7 +19,7 @@ from gymnasium.vector import AutoresetMode
 
 import torsio
 from tests.python.test_extras import run
-from torsio import dial
+from torsio.common import dial
 from torsio.gym import FindDetent, IdentifyShaft, KnobEnv, KnobVectorEnv, RenderWall, Task
 from torsio.telemetry import LOOP_DTYPE
 

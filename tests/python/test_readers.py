@@ -16,9 +16,9 @@ import pytest
 
 import torsio
 from tests.python.test_firmware import image
-from torsio import whole_file
+from torsio.apps.commands import settings
 from torsio.calibration import keeping
-from torsio.commands import settings
+from torsio.common import whole_file
 from torsio.errors import Error
 from torsio.trading.runs import Kept
 from torsio.trading.sources import configuration_of

@@ -20,9 +20,9 @@ from rich.console import Console
 
 import torsio
 from tests.recordings import check_recording, counts_in_foxglove
-from torsio.commands.live import monitor_table
-from torsio.config import Law
-from torsio.knob_recording import _DeviceClock
+from torsio.apps.commands.live import monitor_table
+from torsio.knob.recording import _DeviceClock
+from torsio.printed.config import Law
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)

@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import emulator
-from torsio.cli import app
+from torsio.apps.cli import app
 
 RUN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4, damping_nm_s_per_rad=0.002)
@@ -158,7 +158,7 @@ def test_torn_recording_is_the_same_as_far_as_its_inputs_reach(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Each message goes to the disk by itself, so that the file may be torn behind any of them.
-    monkeypatch.setattr("torsio.recording_file._FLUSH_S", -1.0)
+    monkeypatch.setattr("torsio.recordings.file._FLUSH_S", -1.0)
     file = tmp_path / "x.mcap"
     options = _options(log_inputs=True)
     with torsio.open("emulated", emulator=options) as knob, knob.record_to(file):
@@ -316,7 +316,7 @@ def test_scene_that_plays_already_is_in_the_recording(
     assert replayed.recorded["desired_torque_nm"].min() < -0.2
 
     # One that was played too long ago to be simulated from there on begins later.
-    monkeypatch.setattr("torsio.recorded_inputs._LONGEST_REST_S", 1.0)
+    monkeypatch.setattr("torsio.recordings.inputs._LONGEST_REST_S", 1.0)
     replayed = torsio.replay(recorded)
     difference_nm = abs(
         replayed.recorded["desired_torque_nm"] - replayed.replayed["desired_torque_nm"]
@@ -332,7 +332,7 @@ def test_scene_that_plays_already_is_in_the_recording(
     )
 
 
-def _scene(recorded: torsio.recording.Recorded) -> set[bytes]:
+def _scene(recorded: torsio.Recorded) -> set[bytes]:
     commit = next(i for i, (_, _, content) in enumerate(recorded.reports)
                   if torsio.protocol.decode(content)[0] == "commit")  # fmt: skip
     return {content for _, _, content in recorded.reports[: commit + 1]}

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import stability
-from torsio.cli import app
+from torsio.apps.cli import app
 
 
 def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_hz: float) -> float:

@@ -15,8 +15,8 @@ import pytest
 
 import torsio
 from tests.bench import bench_swings
-from torsio.config import Law
-from torsio.scenes import Effect
+from torsio.printed.config import Law
+from torsio.printed.scenes import Effect
 
 SWING: dict[str, list[Effect]] = {
     "detents": [torsio.Detents(per_turn=200, torque_nm=0.08)],

@@ -262,9 +262,9 @@ from tests.python.test_torque_off import fill_a_little
 for recording in recordings:
     fill_a_little(recording)
 import torsio.knob
-atexit.unregister(torsio.knob._close_all)
+atexit.unregister(torsio.knob.knob._close_all)
 atexit.register(look)
-atexit.register(torsio.knob._close_all)
+atexit.register(torsio.knob.knob._close_all)
 """
 
 

@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 import torsio
 from firmware.protocol.definition import costs
 from torsio import perception, stability
-from torsio.cli import app
+from torsio.apps.cli import app
 from torsio.closed_loop import LoopOptions, simulate
-from torsio.config import ControlConfig
+from torsio.printed.config import ControlConfig
 from torsio.trading import extremes as stretching
 from torsio.trading.answers import board_shares, pasteable
 from torsio.trading.runs import Kept, Runs, Variant

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 import torsio
 from torsio.closed_loop import LoopOptions
 from torsio.closed_loop import simulate as simulate_loop
-from torsio.config import ControlConfig, Law
 from torsio.demos import wall
+from torsio.printed.config import ControlConfig, Law
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.actuators import trials
@@ -65,7 +65,7 @@ def test_motor_only_becomes_unstable_at_the_sampled_data_limit(viscous: float) -
     def decays(stiffness: float) -> bool:
         log = _studies.run_actuator(
             "motor_only",
-            hand=torsio.hands.NoHand(),
+            hand=torsio.NoHand(),
             duration_ns=1_000_000_000,
             parts=parts,
             stiffness_nm_per_rad=stiffness,

@@ -10,7 +10,7 @@ import pytest
 
 from tests.bench import bench_brake
 from tests.bench.bench_stiffness import springs
-from torsio.config import Law
+from torsio.printed.config import Law
 
 TEXT = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 ROWS = re.findall(

@@ -15,7 +15,7 @@ from torsio import ShaftConfig
 from torsio.calibration import Refusal, calibrate, left_out
 from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.calibration.quantity import Quantity
-from torsio.plant import PlantParams
+from torsio.printed.plant import PlantParams
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.evaluation import evaluate_batch

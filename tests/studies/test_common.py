@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from torsio.cli import app
+from torsio.apps.cli import app
 from torsio_studies import STUDIES, common
 from torsio_studies.common import StudyError
 from torsio_studies.execution import execute

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
-from torsio.cli import app
+from torsio.apps.cli import app
 from torsio.errors import InvalidArgument
 from torsio_studies.actuators import trials
 from torsio_studies.common import StudyError

@@ -12,7 +12,7 @@ import pytest
 from flint import arb
 
 import torsio
-from torsio.hands import TorqueHand
+from torsio.printed.hands import TorqueHand
 from torsio_studies.enclosure.balls import DIGITS, enclose
 from torsio_studies.enclosure.study import evaluate, random_case, scenes
 from torsio_studies.execution import execute

@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from torsio import closed_loop, config, hands, protocol, scenes
+from torsio import closed_loop, protocol
+from torsio.printed import config, hands, scenes
 from torsio_studies.execution import execute
 from torsio_studies.extremes import dynamics, not_finite, study
 from torsio_studies.paper import runs

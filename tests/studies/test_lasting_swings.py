@@ -13,9 +13,9 @@ import pytest
 
 from torsio import ControlConfig, ImpedanceHand, PlantParams, ShaftConfig, Spring, TorqueHand, Wall
 from torsio.closed_loop import LoopOptions
-from torsio.hands import Hand
-from torsio.plant import BrakeHysteresis, ShaftHardening
-from torsio.scenes import Effect
+from torsio.printed.hands import Hand
+from torsio.printed.plant import BrakeHysteresis, ShaftHardening
+from torsio.printed.scenes import Effect
 from torsio_studies.falsify.search import LASTING_RAD, Motion, measure
 
 COUNTS = 32_768

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from torsio.closed_loop import simulate, simulate_many
-from torsio.config import Law
-from torsio.plant import BrakeHysteresis, PlantParams
+from torsio.printed.config import Law
+from torsio.printed.plant import BrakeHysteresis, PlantParams
 from torsio_studies.execution import execute
 from torsio_studies.paper import runs
 

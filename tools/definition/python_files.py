@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
 from typing import Literal, TypeAlias
 
-from torsio import checks
+from torsio.common import checks
 
 {all}
 """
@@ -70,7 +70,8 @@ def python_scenes() -> str:
     """Write the module of effects."""
     body = _IMPORTS.replace("{", "{{").replace("}", "}}").replace("{{all}}", "{all}")
     body = body.replace(
-        "import checks\n", "import checks\nfrom torsio.effect_methods import EffectMethods\n"
+        "import checks\n",
+        "import checks\nfrom torsio.printed.effect_methods import EffectMethods\n",
     )
     body += python.number(
         constants.MAX_TORQUE_NM,
@@ -98,7 +99,7 @@ def python_plant() -> str:
     body = (
         "from __future__ import annotations\n\nfrom collections.abc import Iterable\n"
         "from dataclasses import KW_ONLY, dataclass\nfrom typing import Literal\n\n"
-        "from torsio import checks\nfrom torsio.plant_methods import CoggingShapes, PlantMethods\n\n"
+        "from torsio.common import checks\nfrom torsio.printed.plant_methods import CoggingShapes, PlantMethods\n\n"
         "{all}\n"
     )
     body += "".join(
@@ -117,7 +118,7 @@ def python_hands() -> str:
     body = (
         "from __future__ import annotations\n\nfrom collections.abc import Callable, Iterable, Sequence\n"
         "from dataclasses import KW_ONLY, dataclass\nfrom typing import TypeAlias\n\n"
-        "from torsio import checks\n\n{all}\n\n"
+        "from torsio.common import checks\n\n{all}\n\n"
         "Profile: TypeAlias = float | Iterable[Sequence[float]]\n"
         '"""What the fields of hands take; they keep it as a tuple of pairs."""\n'
         "\nHandFunction: TypeAlias = Callable[[float, float, float], float]\n"
@@ -140,9 +141,9 @@ def python_emulator_options() -> str:
     """Write the module of how to make an emulated knob, and of what happens to it."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
-        "from typing import Literal\n\nfrom torsio import checks\n"
-        "from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig\n"
-        "from torsio.hands import Hand, NoHand\nfrom torsio.plant import PlantParams\n\n{all}\n"
+        "from typing import Literal\n\nfrom torsio.common import checks\n"
+        "from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig\n"
+        "from torsio.printed.hands import Hand, NoHand\nfrom torsio.printed.plant import PlantParams\n\n{all}\n"
     )
     body += f'\nEMULATED_SERIAL = "{plant.EMULATED_SERIAL}"\n'
     body += '"""Serial number of an emulated or virtual knob that is told no other."""\n'
@@ -160,7 +161,7 @@ def python_emulator_options() -> str:
 def python_beginnings() -> str:
     """Write the module of how a plant and a closed loop may begin."""
     body = "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n\n"
-    body += "from torsio import checks\n\n{all}\n"
+    body += "from torsio.common import checks\n\n{all}\n"
     body += "".join(map(python.data_class, plant.BEGINNINGS))
     return python.module(
         "How a plant and a closed loop may begin, if not at rest.",
@@ -174,7 +175,7 @@ def python_configurations() -> str:
     """Write the module of configurations."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
-        "from typing import Literal, TypeAlias\n\nfrom torsio import checks\n\n{all}\n\n"
+        "from typing import Final, Literal, TypeAlias\n\nfrom torsio.common import checks\n\n{all}\n\n"
         f"Law: TypeAlias = {python.literal_type(e.LAW)}\n"
         '"""How motor and brake share the torque."""\n'
     )
@@ -194,13 +195,18 @@ def python_configurations() -> str:
         "For so long an excitation's servo may ask for all its torque and see no count.",
     )
     body += "".join(map(python.data_class, configurations.CONFIGURATIONS))
+    names = [of.name for of in configurations.CONFIGURATIONS]
+    body += f'\n\nConfig: TypeAlias = {" | ".join(names)}\n"""One of them."""\n'
+    body += "\nCONFIGS: Final[dict[str, type[Config]]] = {{\n"
+    body += "".join(f'    "{name.removesuffix("Config").lower()}": {name},\n' for name in names)
+    body += '}}\n"""All there are; the report of one is called NAME_config."""\n'
     return python.module(
         "Configuration of the device. Defaults: the reference actuator.\n\n"
         "It can be set only while the device is disarmed, and is lost at power-off unless\n`Knob.save` "
         "keeps it.",
         LISTS,
         body,
-        ("Law", *(of.name for of in configurations.CONFIGURATIONS)),
+        ("CONFIGS", "Config", "Law", *names),
     )
 
 
@@ -291,14 +297,14 @@ def python_board_costs() -> str:
 
 
 FILES = {
-    "bindings/python/torsio/board_costs.py": python_board_costs,
-    "bindings/python/torsio/plant.py": python_plant,
-    "bindings/python/torsio/beginnings.py": python_beginnings,
-    "bindings/python/torsio/hands.py": python_hands,
-    "bindings/python/torsio/emulator_options.py": python_emulator_options,
-    "bindings/python/torsio/scenes.py": python_scenes,
-    "bindings/python/torsio/config.py": python_configurations,
-    "bindings/python/torsio/told.py": python_told,
+    "bindings/python/torsio/printed/board_costs.py": python_board_costs,
+    "bindings/python/torsio/printed/plant.py": python_plant,
+    "bindings/python/torsio/printed/beginnings.py": python_beginnings,
+    "bindings/python/torsio/printed/hands.py": python_hands,
+    "bindings/python/torsio/printed/emulator_options.py": python_emulator_options,
+    "bindings/python/torsio/printed/scenes.py": python_scenes,
+    "bindings/python/torsio/printed/config.py": python_configurations,
+    "bindings/python/torsio/printed/told.py": python_told,
     "bindings/python/torsio/telemetry.py": python_telemetry,
-    "bindings/python/torsio/statuses.py": python_statuses,
+    "bindings/python/torsio/printed/statuses.py": python_statuses,
 }

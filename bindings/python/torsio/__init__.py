@@ -12,19 +12,9 @@ True
 
 from __future__ import annotations
 
-from torsio import _torsio, core, emulator, protocol, scenes, telemetry
-from torsio.angles import deg
-from torsio.config import (
-    ActuatorConfig,
-    BoardConfig,
-    CalibrationConfig,
-    ControlConfig,
-    GameConfig,
-    ShaftConfig,
-)
-from torsio.config_file import dump_config, load_config
-from torsio.emulated_knob import Emulator
-from torsio.emulator_options import DeviceInput, EmulatorOptions, LinkFaults
+from torsio import _torsio, core, emulator, protocol, telemetry
+from torsio.common.angles import deg
+from torsio.common.notebook import Telemetry
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -44,7 +34,10 @@ from torsio.errors import (
     StiffnessWarning,
     Timeout,
 )
-from torsio.firmware import (
+from torsio.knob import Knob
+from torsio.knob.config_file import dump_config, load_config
+from torsio.knob.emulated import Emulator
+from torsio.knob.firmware import (
     ExaminedKnob,
     FirmwareFile,
     FirmwareHost,
@@ -56,13 +49,30 @@ from torsio.firmware import (
     start_bootloader,
     update_firmware,
 )
-from torsio.game_port import GamePort
-from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
-from torsio.hotplug import DeviceEvent, DeviceWatch, watch
-from torsio.knob import Knob
-from torsio.notebook import Telemetry
-from torsio.opening import list_devices, open
-from torsio.plant import (
+from torsio.knob.game_port import GamePort
+from torsio.knob.hotplug import DeviceEvent, DeviceWatch, watch
+from torsio.knob.opening import list_devices, open
+from torsio.knob.steps import Step, Steps
+from torsio.knob.transport import Transport
+from torsio.printed import scenes
+from torsio.printed.config import (
+    ActuatorConfig,
+    BoardConfig,
+    CalibrationConfig,
+    ControlConfig,
+    GameConfig,
+    ShaftConfig,
+)
+from torsio.printed.emulator_options import DeviceInput, EmulatorOptions, LinkFaults
+from torsio.printed.hands import (
+    FeedbackHand,
+    Hand,
+    ImpedanceHand,
+    NoHand,
+    PrescribedMotion,
+    TorqueHand,
+)
+from torsio.printed.plant import (
     Belt,
     BrakeHysteresis,
     Cogging,
@@ -71,12 +81,8 @@ from torsio.plant import (
     PlantParams,
     ShaftHardening,
 )
-from torsio.recording import Recorded, RecordingFile, load
-from torsio.replaying import Replayed, replay
-from torsio.scenes import *  # noqa: F403  # every effect
-from torsio.steps import Step, Steps
-from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
-from torsio.told import (
+from torsio.printed.scenes import *  # noqa: F403  # every effect
+from torsio.printed.told import (
     Clock,
     DeviceInfo,
     Disarm,
@@ -91,8 +97,10 @@ from torsio.told import (
     MotorCurrent,
     StableStiffness,
 )
+from torsio.recordings.loading import Recorded, RecordingFile, load
+from torsio.recordings.replaying import Replayed, replay
+from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 from torsio.trading import Trade, trade
-from torsio.transport import Transport
 
 __version__ = _torsio.__version__
 

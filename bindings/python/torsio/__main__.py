@@ -6,7 +6,7 @@ import io
 import os
 import sys
 
-from torsio.extras import lacking
+from torsio.common.extras import lacking
 
 
 def main() -> None:
@@ -18,7 +18,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        from torsio.cli import app
+        from torsio.apps.cli import app
     except ModuleNotFoundError as error:
         sys.exit(f"torsio: error: {lacking('the command line', 'cli', error)}")
     status: str | int | None = 0

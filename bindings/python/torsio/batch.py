@@ -29,8 +29,9 @@ from typing import Any, Final, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from torsio import _torsio, checks
+from torsio import _torsio
 from torsio.closed_loop import LoopOptions, checked_options
+from torsio.common import checks
 from torsio.errors import Error, InvalidArgument
 from torsio.telemetry import LOOP_DTYPE, Record
 

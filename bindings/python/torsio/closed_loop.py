@@ -16,19 +16,20 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from torsio import _torsio, checks
-from torsio.beginnings import InitialState, SpinUp
-from torsio.config import (
+from torsio import _torsio
+from torsio.common import checks
+from torsio.errors import InvalidArgument
+from torsio.printed.beginnings import InitialState, SpinUp
+from torsio.printed.config import (
     EMULATED_CONTROL_PERIOD_NS,
     ActuatorConfig,
     BoardConfig,
     ControlConfig,
     ShaftConfig,
 )
-from torsio.errors import InvalidArgument
-from torsio.hands import Hand, NoHand
-from torsio.plant import PlantParams
-from torsio.scenes import MAX_TORQUE_NM, Scene
+from torsio.printed.hands import Hand, NoHand
+from torsio.printed.plant import PlantParams
+from torsio.printed.scenes import MAX_TORQUE_NM, Scene
 from torsio.telemetry import LOOP_DTYPE, Record
 
 __all__ = [

@@ -9,10 +9,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from torsio import _torsio, checks
+from torsio import _torsio
 from torsio._torsio.emulator import EmulatedDevice, Encoder, ReplayedDevice
-from torsio.hands import Hand
-from torsio.plant import ElectricsState, PlantParams
+from torsio.common import checks
+from torsio.printed.hands import Hand
+from torsio.printed.plant import ElectricsState, PlantParams
 from torsio.telemetry import PLANT_DTYPE, Record
 
 __all__ = ["PLANT_DTYPE", "Circuit", "EmulatedDevice", "Encoder", "Plant", "ReplayedDevice"]

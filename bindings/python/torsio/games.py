@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from torsio.knob import Knob
-from torsio.told import GameEffect, GameStatus
+from torsio.printed.told import GameEffect, GameStatus
 
 __all__ = ["GameMonitor", "GameReading"]
 

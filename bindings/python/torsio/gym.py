@@ -18,7 +18,7 @@ try:
 except ModuleNotFoundError as _error:
     if _error.name != "gymnasium":
         raise
-    from torsio.extras import how_to_install
+    from torsio.common.extras import how_to_install
 
     raise ModuleNotFoundError(
         f"torsio.gym needs the Python package gymnasium: {how_to_install('gym')}", name=_error.name
@@ -28,8 +28,8 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from torsio import checks, dial
 from torsio.batch import MOST_AT_ONCE, Knobs
+from torsio.common import checks, dial
 from torsio.errors import InvalidArgument
 from torsio.tasks import FindDetent, IdentifyShaft, RenderWall, Task
 

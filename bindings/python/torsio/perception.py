@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from torsio import checks
+from torsio.common import checks
 
 __all__ = [
     "MEANING",

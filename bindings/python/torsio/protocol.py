@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from torsio._torsio import protocol as _protocol
 from torsio.errors import MalformedReport
-from torsio.statuses import STATUS_NAMES
+from torsio.printed.statuses import STATUS_NAMES
 
 __all__ = ["REPORT_SIZE", "STATUS_NAMES", "VERSION", "decode", "encode", "fingerprint", "reports"]
 

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
-from torsio.config import ActuatorConfig, ControlConfig
 from torsio.core import PartitionParams
-from torsio.plant import PlantParams
-from torsio.scenes import Damper, Scene, Spring
+from torsio.printed.config import ActuatorConfig, ControlConfig
+from torsio.printed.plant import PlantParams
+from torsio.printed.scenes import Damper, Scene, Spring
 
 __all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure", "plant_of"]
 

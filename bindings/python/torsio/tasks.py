@@ -14,14 +14,14 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from torsio import checks
 from torsio.batch import MOST_AT_ONCE, Actions, Knobs
 from torsio.closed_loop import InitialState, LoopOptions
-from torsio.config import ControlConfig, Law
+from torsio.common import checks
 from torsio.errors import InvalidArgument
-from torsio.hands import ImpedanceHand, TorqueHand
-from torsio.plant import PlantParams
-from torsio.scenes import Curve, Wall
+from torsio.printed.config import ControlConfig, Law
+from torsio.printed.hands import ImpedanceHand, TorqueHand
+from torsio.printed.plant import PlantParams
+from torsio.printed.scenes import Curve, Wall
 from torsio.telemetry import Record
 
 __all__ = ["FindDetent", "Floats", "IdentifyShaft", "Law", "Ranges", "RenderWall", "Task"]

@@ -18,12 +18,12 @@ from unittest.mock import patch
 import numpy as np
 import numpy.typing as npt
 
-from torsio import checks
-from torsio.emulated_knob import Emulator
-from torsio.emulator_options import LinkFaults
+from torsio.common import checks
 from torsio.errors import Closed, Disconnected, Error, InvalidArgument
-from torsio.hands import Hand, NoHand, PrescribedMotion, TorqueHand
 from torsio.knob import Knob
+from torsio.knob.emulated import Emulator
+from torsio.printed.emulator_options import LinkFaults
+from torsio.printed.hands import Hand, NoHand, PrescribedMotion, TorqueHand
 from torsio.telemetry import FLAG_STATE_MASK, TRUTH_DTYPE, Record
 
 __all__ = ["Expected", "Faults", "HoldingHand", "assert_felt", "felt_nm", "virtual_time"]

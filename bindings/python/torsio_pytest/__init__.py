@@ -53,7 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def torsio_seed(request: pytest.FixtureRequest) -> int:
     """Give the seed of everything random in the test's knob, printed if the test fails."""
-    from torsio import pytest_plugin
+    from torsio.apps import pytest_plugin
 
     return pytest_plugin.seed(request)
 
@@ -61,7 +61,7 @@ def torsio_seed(request: pytest.FixtureRequest) -> int:
 @pytest.fixture
 def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[torsio.Knob]:
     """Give an open emulated knob in virtual time, with the options of the mark ``torsio``."""
-    from torsio import pytest_plugin
+    from torsio.apps import pytest_plugin
 
     yield from pytest_plugin.knob(request, torsio_seed)
 
@@ -69,7 +69,7 @@ def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[to
 @pytest.fixture
 def torsio_hand(torsio_knob: torsio.Knob) -> testing.HoldingHand:
     """Give the hand that holds the test's knob; nobody does until it acts."""
-    from torsio import pytest_plugin
+    from torsio.apps import pytest_plugin
 
     return pytest_plugin.hand(torsio_knob)
 
@@ -77,7 +77,7 @@ def torsio_hand(torsio_knob: torsio.Knob) -> testing.HoldingHand:
 @pytest.fixture
 def torsio_faults(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> testing.Faults:
     """Give what makes the test's knob go wrong, and what took its place."""
-    from torsio import pytest_plugin
+    from torsio.apps import pytest_plugin
 
     return pytest_plugin.faults(request, torsio_knob)
 
@@ -85,7 +85,7 @@ def torsio_faults(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> t
 @pytest.fixture
 def torsio_time(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> Iterator[None]:
     """Let the module `time` follow the test's knob; see `torsio.testing.virtual_time`."""
-    from torsio import pytest_plugin
+    from torsio.apps import pytest_plugin
 
     yield from pytest_plugin.time_of(request, torsio_knob)
 
@@ -99,7 +99,7 @@ def torsio_open(
     Once that was closed or unplugged it gives another with the same options, as if the device had
     been plugged in again.
     """
-    from torsio import pytest_plugin
+    from torsio.apps import pytest_plugin
 
     return pytest_plugin.open_of(request, torsio_knob, monkeypatch)
 
@@ -108,5 +108,5 @@ def torsio_open(
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     """Say of a failed test what its knob's seed was, and keep what its knob did."""
     report = (yield).get_result()
-    if (plugin := getattr(sys.modules.get("torsio"), "pytest_plugin", None)) is not None:
+    if (plugin := getattr(sys.modules.get("torsio.apps"), "pytest_plugin", None)) is not None:
         plugin.add_to_report(item, report)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from torsio import screen
+from torsio.common import screen
 from torsio_hardware import beams, design, parts
 from torsio_hardware import knob as knob_file
 from torsio_hardware.flexure import Flexure, closed_form

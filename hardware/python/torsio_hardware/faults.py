@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from torsio.plant import Belt, PlantParams
+from torsio.printed.plant import Belt, PlantParams
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import torsio
 from torsio import perception, stability
-from torsio.whole_file import text_of
+from torsio.common.whole_file import text_of
 from torsio_hardware import design
 from torsio_hardware.flexure import Flexure
 

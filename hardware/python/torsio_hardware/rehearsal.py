@@ -11,9 +11,9 @@ from typing import Any
 
 import torsio
 from torsio import calibration
-from torsio.doctor.facts import ClockFit, KnobFacts
-from torsio.doctor.knob import check_parts, check_start, check_state
-from torsio.hands import NoHand, PrescribedMotion
+from torsio.apps.doctor.facts import ClockFit, KnobFacts
+from torsio.apps.doctor.knob import check_parts, check_start, check_state
+from torsio.printed.hands import NoHand, PrescribedMotion
 from torsio_hardware.faults import Fault
 from torsio_hardware.knob import Knob
 

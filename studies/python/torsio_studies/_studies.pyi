@@ -3,7 +3,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from torsio.hands import ImpedanceHand, NoHand, TorqueHand
+from torsio.printed.hands import ImpedanceHand, NoHand, TorqueHand
 
 TRIAL_DTYPE: Final[np.dtype[Any]]
 ACTUATORS: Final[tuple[str, ...]]

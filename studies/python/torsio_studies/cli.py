@@ -7,11 +7,11 @@ from typing import Annotated, get_args
 
 import typer
 
-from torsio import screen
-from torsio.commands.shared import AsJson, complain, print_json
-from torsio.config import Law
+from torsio.apps.commands.shared import AsJson, complain, print_json
+from torsio.common import screen
+from torsio.common.screen import err
 from torsio.errors import Error
-from torsio.screen import err
+from torsio.printed.config import Law
 from torsio_studies import STUDIES
 
 app = typer.Typer(

@@ -16,9 +16,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from rich.progress import Progress
 
-from torsio.drawing import drawn
+from torsio.common.drawing import drawn
+from torsio.common.whole_file import beside, content
 from torsio.errors import Error
-from torsio.whole_file import beside, content
 
 T = TypeVar("T")
 Results = dict[str, Any]

@@ -11,7 +11,7 @@ from typing import Any, Protocol, cast
 
 from rich.console import Console
 
-from torsio.screen import progress
+from torsio.common.screen import progress
 from torsio_studies import STUDIES
 from torsio_studies.common import (
     SCHEMA,

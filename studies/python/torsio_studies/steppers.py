@@ -12,8 +12,8 @@ from typing import Any, Final, Literal, get_args
 
 from torsio.closed_loop import LoopOptions
 from torsio.emulator import Plant
-from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.printed.hands import Hand
+from torsio.printed.plant import PlantParams
 from torsio_studies import _studies
 
 Method = Literal["exact", "exact_single", "trapezoid", "semi_implicit", "regularised"]

@@ -69,7 +69,7 @@ emulator::Profile profile(const Knots& from) {
   return emulator::Profile(std::move(knots));
 }
 
-/// @param hand a torsio.hands.NoHand, TorqueHand or ImpedanceHand
+/// @param hand a torsio.NoHand, TorqueHand or ImpedanceHand
 emulator::Hand hand_of(const py::object& hand) {
   if (py::hasattr(hand, "torque_nm")) {
     return emulator::TorqueHand{profile(hand.attr("torque_nm").cast<Knots>())};

@@ -67,7 +67,7 @@ def torsio_command(*arguments: str, typed: str = "") -> Child:
     typed
         What is typed while it runs.
     """
-    from torsio.cli import app  # here: only some tests need it, and it takes long
+    from torsio.apps.cli import app  # here: only some tests need it, and it takes long
 
     def work(output: TextIO) -> None:
         sys.stdin, sys.stdout, sys.stderr = io.StringIO(typed), output, output

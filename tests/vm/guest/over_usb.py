@@ -17,7 +17,7 @@ import pytest
 
 import torsio
 from tests.vm.guest.virtual_bus import VirtualKnob
-from torsio import opening
+from torsio.knob import opening
 
 FOLDER = "tests/python/"
 

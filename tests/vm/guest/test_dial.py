@@ -26,7 +26,7 @@ from tests.vm.guest.test_reset import reset_port
 from tests.vm.guest.torque_log import let_pass, turn
 from tests.vm.guest.udev import ENVIRONMENT, run
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
-from torsio.cli import app
+from torsio.apps.cli import app
 
 EV_SYN, EV_KEY, EV_REL = 0x00, 0x01, 0x02
 SYN_DROPPED = 3

@@ -13,9 +13,9 @@ import torsio
 from tests.python import wire
 from tests.vm.guest.child import Child, become_nobody
 from tests.vm.guest.virtual_bus import VirtualKnob, wait_for
-from torsio import doctor
-from torsio.cli import app
-from torsio.doctor import linux as doctor_linux
+from torsio.apps import doctor
+from torsio.apps.cli import app
+from torsio.apps.doctor import linux as doctor_linux
 
 pytestmark = pytest.mark.kernel("6.12")
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.vm.guest.udev import RULE, run
 from tests.vm.guest.virtual_bus import TREE, VirtualBus, VirtualKnob
-from torsio.doctor import facts as doctor_facts
+from torsio.apps.doctor import facts as doctor_facts
 
 
 def tags(device: Path) -> set[str]:

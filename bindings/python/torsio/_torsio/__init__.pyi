@@ -5,7 +5,9 @@ from typing import Any, Final, Literal, ParamSpec
 import numpy as np
 import numpy.typing as npt
 
-from torsio.config import (
+from torsio.knob.firmware import FirmwareHost
+from torsio.knob.transport import Transport as OwnTransport
+from torsio.printed.config import (
     ActuatorConfig,
     BoardConfig,
     CalibrationConfig,
@@ -13,12 +15,10 @@ from torsio.config import (
     GameConfig,
     ShaftConfig,
 )
-from torsio.emulator_options import EmulatorOptions, LinkFaults
-from torsio.firmware import FirmwareHost
-from torsio.hands import Hand
-from torsio.plant import PlantParams
-from torsio.scenes import Excitation, Scene
-from torsio.transport import Transport as OwnTransport
+from torsio.printed.emulator_options import EmulatorOptions, LinkFaults
+from torsio.printed.hands import Hand
+from torsio.printed.plant import PlantParams
+from torsio.printed.scenes import Excitation, Scene
 
 from . import core as core
 from . import emulator as emulator

@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import InitialState, LoopOptions
-from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.printed.hands import Hand
+from torsio.printed.plant import PlantParams
 
 def usb_report_descriptor(interface: int, dial: bool = ...) -> bytes: ...
 

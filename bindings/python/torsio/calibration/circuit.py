@@ -22,9 +22,9 @@ from torsio.calibration.electric import (
 )
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Quantity
-from torsio.config import BoardConfig
 from torsio.knob import Knob
-from torsio.told import MotorCurrent
+from torsio.printed.config import BoardConfig
+from torsio.printed.told import MotorCurrent
 
 __all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "Circuit", "CircuitSteps"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from torsio.calibration.quantity import Array
-from torsio.config import BoardConfig
 from torsio.knob import Knob
+from torsio.printed.config import BoardConfig
 
 __all__ = ["Drive", "drive_of"]
 

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from torsio.calibration.numeric import Solution, linear
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
-from torsio.told import MotorCurrent
+from torsio.printed.told import MotorCurrent
 
 __all__ = [
     "SUPPLY_CONFIGURED",

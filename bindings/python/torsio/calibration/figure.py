@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from torsio.calibration.quantity import Fit
-from torsio.drawing import BLUE, ORANGE, TEXT, drawn
+from torsio.common.drawing import BLUE, ORANGE, TEXT, drawn
 
 __all__ = ["draw", "plot_fits", "size_of"]
 

@@ -12,7 +12,7 @@ from torsio.calibration.cogging import Cogging, find_waves
 from torsio.calibration.numeric import Solution, kernel, linear, smooth
 from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
-from torsio.config import EXCITATION_STILL_S
+from torsio.printed.config import EXCITATION_STILL_S
 
 __all__ = ["UNSEEN_RAD_S", "Free", "estimate_free", "find_signs", "spin", "through_shaft"]
 

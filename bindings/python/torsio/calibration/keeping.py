@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from torsio.calibration.proposal import Calibration
+from torsio.common.whole_file import content, keep_text, user_folder
 from torsio.errors import Error
-from torsio.whole_file import content, keep_text, user_folder
 
 __all__ = ["Drift", "drifts", "keep", "kept", "place_of"]
 

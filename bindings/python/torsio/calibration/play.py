@@ -13,12 +13,12 @@ import numpy as np
 from torsio import _torsio
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Array, Refusal
-from torsio.config import ActuatorConfig, ControlConfig
 from torsio.errors import Error, Refused
 from torsio.knob import Knob
-from torsio.scenes import Excitation
+from torsio.printed.config import ActuatorConfig, ControlConfig
+from torsio.printed.scenes import Excitation
+from torsio.printed.told import MotorCurrent
 from torsio.telemetry import Record
-from torsio.told import MotorCurrent
 
 __all__ = ["Player", "Run"]
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from torsio import checks
 from torsio.calibration.brake import Brake, estimate_brake, hold_and_let_go, slip
 from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import Circuit, CircuitSteps
@@ -35,10 +34,11 @@ from torsio.calibration.play import Player, Run
 from torsio.calibration.proposal import Calibration, put_together
 from torsio.calibration.quantity import Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
-from torsio.config import ActuatorConfig
-from torsio.emulated import moves_parts
+from torsio.common import checks
+from torsio.common.emulated import moves_parts
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
+from torsio.printed.config import ActuatorConfig
 
 __all__ = ["STEPS", "calibrate"]
 

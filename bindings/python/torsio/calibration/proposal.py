@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from torsio import notebook, perception
+from torsio import perception
 from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import MEASURED_OF_BOARD, Circuit
 from torsio.calibration.cogging import Cogging
@@ -21,10 +21,11 @@ from torsio.calibration.free import Free
 from torsio.calibration.left_out import LEFT_OUT
 from torsio.calibration.quantity import Fit, Quantity
 from torsio.calibration.shaft import Shaft
-from torsio.config import ActuatorConfig, BoardConfig, CalibrationConfig, Law, ShaftConfig
+from torsio.common import notebook
+from torsio.common.extras import need_matplotlib
 from torsio.errors import Error
-from torsio.extras import need_matplotlib
 from torsio.knob import Knob
+from torsio.printed.config import ActuatorConfig, BoardConfig, CalibrationConfig, Law, ShaftConfig
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
-from torsio.whole_file import beside
+from torsio.common.whole_file import beside
 
 
 class OutputError(Exception):

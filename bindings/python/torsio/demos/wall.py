@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import perception
-from torsio.hands import ImpedanceHand, Profile
 from torsio.knob import Knob
-from torsio.scenes import Wall
+from torsio.printed.hands import ImpedanceHand, Profile
+from torsio.printed.scenes import Wall
 from torsio.telemetry import Record
 
 Array = npt.NDArray[np.float64]

@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from torsio.demos.wall import Array, WallMeasures, WallVisit, phases
-from torsio.drawing import (
+from torsio.common.drawing import (
     BLACK,
     BLUE,
     GREEN,
@@ -23,6 +22,7 @@ from torsio.drawing import (
     headline,
     label,
 )
+from torsio.demos.wall import Array, WallMeasures, WallVisit, phases
 
 _caption = partial(caption, width=82, below=0.58)
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from torsio.common.extras import lacking
 from torsio.errors import Error
-from torsio.extras import lacking
 from torsio.studio.page import page_folder
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from typing import Final
 
 from torsio import _torsio
 from torsio.errors import Error
-from torsio.hands import Hand, ImpedanceHand, NoHand
+from torsio.printed.hands import Hand, ImpedanceHand, NoHand
 from torsio.protocol import decode, encode
 
 __all__ = [

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from torsio.common.extras import source_folder
 from torsio.errors import Error
-from torsio.extras import source_folder
 
 __all__ = ["page_folder"]
 

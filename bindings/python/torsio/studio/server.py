@@ -24,10 +24,10 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torsio import _torsio
-from torsio.emulated import selects_emulated
-from torsio.emulator_options import EmulatorOptions
+from torsio.common.emulated import selects_emulated
 from torsio.errors import Error
-from torsio.opening import open as open_knob
+from torsio.knob.opening import open as open_knob
+from torsio.printed.emulator_options import EmulatorOptions
 from torsio.protocol import encode
 from torsio.studio.bridge import Bridge, MessageError, World
 from torsio.studio.calibrating import calibrate_for

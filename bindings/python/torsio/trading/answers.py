@@ -8,16 +8,16 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from torsio import checks
 from torsio.batch import Knobs
-from torsio.board_costs import BOARDS
 from torsio.closed_loop import LoopOptions, reports
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
-from torsio.emulator_options import EmulatorOptions
-from torsio.hands import Hand
-from torsio.plant import Cogging, PlantParams
-from torsio.recording import Recorded
-from torsio.scenes import Scene
+from torsio.common import checks
+from torsio.printed.board_costs import BOARDS
+from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.printed.emulator_options import EmulatorOptions
+from torsio.printed.hands import Hand
+from torsio.printed.plant import Cogging, PlantParams
+from torsio.printed.scenes import Scene
+from torsio.recordings.loading import Recorded
 from torsio.trading.extremes import Extreme, extremes
 from torsio.trading.runs import (
     HIGHEST_HZ,

@@ -11,11 +11,11 @@ from typing import Any, Final
 import numpy as np
 
 from torsio import perception
-from torsio.beginnings import InitialState
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
 from torsio.errors import Error
-from torsio.hands import NoHand, TorqueHand
-from torsio.scenes import Effect, Periodic, Timing
+from torsio.printed.beginnings import InitialState
+from torsio.printed.hands import NoHand, TorqueHand
+from torsio.printed.scenes import Effect, Periodic, Timing
 from torsio.stability import SPEEDS_RAD_S
 from torsio.telemetry import Record
 from torsio.trading.runs import Variant

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
-from torsio.drawing import BLACK, BLUE, GREY, ORANGE, TEXT, WALL_FILL, drawn
+from torsio.common.drawing import BLACK, BLUE, GREY, ORANGE, TEXT, WALL_FILL, drawn
+from torsio.common.whole_file import beside
 from torsio.trading.answers import Row, Trade
 from torsio.trading.runs import HIGHEST_HZ
-from torsio.whole_file import beside
 
 __all__ = ["panel", "save_figure"]
 

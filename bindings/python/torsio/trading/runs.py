@@ -15,16 +15,16 @@ from typing import Any, Final, get_args
 
 from torsio import _torsio, protocol
 from torsio.closed_loop import ClosedLoop, LoopOptions
-from torsio.config import ControlConfig, Law
-from torsio.emulator_options import EmulatorOptions
+from torsio.common.whole_file import content
 from torsio.errors import Error
-from torsio.hands import PrescribedMotion
 from torsio.knob import Knob
-from torsio.opening import open as open_knob
-from torsio.plant import PlantParams
+from torsio.knob.opening import open as open_knob
+from torsio.printed.config import ControlConfig, Law
+from torsio.printed.emulator_options import EmulatorOptions
+from torsio.printed.hands import PrescribedMotion
+from torsio.printed.plant import PlantParams
 from torsio.telemetry import Record
 from torsio.trading.visits import Difference, Visit, differ, felt_nm, moved
-from torsio.whole_file import content
 
 __all__ = [
     "HIGHEST_HZ",

@@ -10,12 +10,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from torsio import checks, scenes
 from torsio.closed_loop import LoopOptions
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.common import checks
+from torsio.common.whole_file import text_of
 from torsio.errors import Error, InvalidArgument
-from torsio.hands import Hand, PrescribedMotion
-from torsio.plant import (
+from torsio.printed import scenes
+from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.printed.hands import Hand, PrescribedMotion
+from torsio.printed.plant import (
     Belt,
     BrakeHysteresis,
     Cogging,
@@ -23,12 +25,11 @@ from torsio.plant import (
     PlantParams,
     ShaftHardening,
 )
-from torsio.recording import Recorded, load
-from torsio.scenes import Effect, Timing
+from torsio.printed.scenes import Effect, Timing
+from torsio.recordings.loading import Recorded, load
 from torsio.stability import plant_of
 from torsio.trading.runs import PARTS, WHOLE
 from torsio.trading.visits import effects_of, usual_hand
-from torsio.whole_file import text_of
 
 __all__ = ["EVERYTHING", "configuration_of", "configured", "options_of", "plant_with"]
 

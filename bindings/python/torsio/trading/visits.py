@@ -13,9 +13,9 @@ import numpy.typing as npt
 from torsio import perception
 from torsio.closed_loop import LoopOptions
 from torsio.demos import wall
-from torsio.hands import Hand, ImpedanceHand, PrescribedMotion, TorqueHand
-from torsio.plant import PlantParams
-from torsio.scenes import Effect, Scene
+from torsio.printed.hands import Hand, ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.printed.plant import PlantParams
+from torsio.printed.scenes import Effect, Scene
 from torsio.telemetry import Record
 
 __all__ = [

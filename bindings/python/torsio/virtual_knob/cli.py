@@ -15,12 +15,12 @@ from typing import Annotated
 
 import typer
 
-from torsio.config import (
+from torsio.printed.config import (
     EMULATED_CONTROL_PERIOD_NS,
     MAX_CONTROL_RATE_HZ,
     MIN_CONTROL_RATE_HZ,
 )
-from torsio.emulator_options import EMULATED_SERIAL
+from torsio.printed.emulator_options import EMULATED_SERIAL
 from torsio.virtual_knob import Address, attach_commands, program_path, terminal
 
 _PERSONS: dict[str, type[terminal.KeyboardHand] | type[terminal.MouseHand]] = {

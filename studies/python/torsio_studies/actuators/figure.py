@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from torsio.demos import wall as demo
-from torsio.drawing import (
+from torsio.common.drawing import (
     BLACK,
     BLUE,
     GREEN,
@@ -23,6 +22,7 @@ from torsio.drawing import (
     coloured_table,
     headline,
 )
+from torsio.demos import wall as demo
 from torsio_studies.actuators import trials
 from torsio_studies.actuators.trials import ACTUATORS, Actuator, Measures
 from torsio_studies.common import Study

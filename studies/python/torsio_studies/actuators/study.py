@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from torsio import perception
-from torsio.screen import table
+from torsio.common.screen import table
 from torsio_studies import _studies
 from torsio_studies.actuators import figure
 from torsio_studies.actuators.trials import (

@@ -13,11 +13,11 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from torsio import checks
 from torsio.closed_loop import LoopOptions
+from torsio.common import checks
 from torsio.demos import wall
-from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
-from torsio.plant import PlantParams
+from torsio.printed.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.printed.plant import PlantParams
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.common import StudyError

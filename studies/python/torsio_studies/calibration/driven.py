@@ -10,7 +10,7 @@ import numpy as np
 
 import torsio
 from torsio import calibration
-from torsio.plant import Electrics, PlantParams
+from torsio.printed.plant import Electrics, PlantParams
 from torsio_studies.calibration.knobs import QUANTITIES, HiddenKnob, hidden_knob, truth_of
 
 __all__ = [

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from torsio.drawing import BLUE, GREEN, GREY, ORANGE, headline
+from torsio.common.drawing import BLUE, GREEN, GREY, ORANGE, headline
 from torsio_studies.common import Study
 
 Array = npt.NDArray[np.float64]

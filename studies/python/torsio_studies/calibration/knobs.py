@@ -15,7 +15,7 @@ from torsio import calibration
 from torsio.calibration import Calibration
 from torsio.closed_loop import LoopOptions
 from torsio.demos.wall import rms
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio_studies.paper import runs
 
 RATE_HZ: Final = 10_000.0

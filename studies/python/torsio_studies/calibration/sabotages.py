@@ -10,8 +10,8 @@ import numpy as np
 
 import torsio
 from torsio import calibration
-from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
-from torsio.plant import PlantParams
+from torsio.printed.hands import ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.printed.plant import PlantParams
 from torsio_studies.calibration.knobs import emulated
 
 _FINE = PlantParams()

@@ -15,7 +15,7 @@ from torsio import perception
 from torsio.calibration import figure as fits
 from torsio.calibration.proposal import certain_assist_nm
 from torsio.calibration.quantity import Quantity
-from torsio.screen import table
+from torsio.common.screen import table
 from torsio_studies.calibration import figure
 from torsio_studies.calibration.driven import ALL, example
 from torsio_studies.calibration.evaluation import DRIVEN, evaluate_batch

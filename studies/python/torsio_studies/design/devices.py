@@ -17,13 +17,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from torsio import checks
 from torsio.closed_loop import InitialState, LoopOptions, simulate
-from torsio.config import ControlConfig, Law
+from torsio.common import checks
 from torsio.demos import wall
-from torsio.hands import PrescribedMotion, TorqueHand
-from torsio.plant import PlantParams
-from torsio.scenes import Spring, Wall
+from torsio.printed.config import ControlConfig, Law
+from torsio.printed.hands import PrescribedMotion, TorqueHand
+from torsio.printed.plant import PlantParams
+from torsio.printed.scenes import Spring, Wall
 from torsio.telemetry import Record
 from torsio_studies import exits
 from torsio_studies.actuators import trials

@@ -12,8 +12,8 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from torsio.drawing import GREY, coloured_table, headline
-from torsio.plant import PlantParams
+from torsio.common.drawing import GREY, coloured_table, headline
+from torsio.printed.plant import PlantParams
 from torsio_studies.actuators import trials
 from torsio_studies.common import Study
 from torsio_studies.design.devices import MAPS, SPACE

@@ -13,7 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from typing import Any
 
-from torsio.checks import usable_cores
+from torsio.common.checks import usable_cores
 from torsio_studies.common import StudyError
 from torsio_studies.design.devices import evaluate_batch
 

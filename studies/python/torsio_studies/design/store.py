@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pyarrow
 from pyarrow import parquet
 
-from torsio.whole_file import content
+from torsio.common.whole_file import content
 from torsio_studies.common import StudyError, write_atomically
 
 Array = npt.NDArray[np.float64]

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from rich.console import Console
 
 from torsio import perception
-from torsio.config import Law
+from torsio.common.screen import line, table
 from torsio.demos.wall import PEAK_TORQUE_NM
-from torsio.screen import line, table
+from torsio.printed.config import Law
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
 from torsio_studies.design.devices import EVALUATION, SPACE, batches, columns

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 from flint import arb, arb_mat, ctx
 
-from torsio.plant import PlantParams
+from torsio.printed.plant import PlantParams
 from torsio_studies.fidelity.truth import HandTorque
 
 __all__ = ["DIGITS", "Enclosure", "UndecidedError", "enclose"]

@@ -12,11 +12,11 @@ from flint import arb
 from rich.console import Console
 
 from torsio.closed_loop import simulate
-from torsio.drawing import BLUE, ORANGE, headline
+from torsio.common.drawing import BLUE, ORANGE, headline
+from torsio.common.screen import line, table
 from torsio.emulator import Plant
-from torsio.hands import Hand, TorqueHand
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
-from torsio.screen import line, table
+from torsio.printed.hands import Hand, TorqueHand
+from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio_studies.common import Results, Study
 from torsio_studies.design.spread import spread
 from torsio_studies.enclosure.balls import DIGITS, UndecidedError, enclose

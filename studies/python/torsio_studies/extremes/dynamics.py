@@ -11,10 +11,11 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from torsio import core, emulator, hands, scenes
+from torsio import core, emulator
 from torsio.closed_loop import InitialState, LoopOptions, simulate
-from torsio.config import ControlConfig, Law
-from torsio.plant import PlantParams
+from torsio.printed import hands, scenes
+from torsio.printed.config import ControlConfig, Law
+from torsio.printed.plant import PlantParams
 from torsio_studies.paper import runs
 from torsio_studies.steppers import Method, make_plant, stepped_by
 

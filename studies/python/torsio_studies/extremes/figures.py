@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from torsio.drawing import BLUE, GREY, RED, caption, headline, label
+from torsio.common.drawing import BLUE, GREY, RED, caption, headline, label
 from torsio_studies.common import Study
 from torsio_studies.extremes import dynamics, numbers
 from torsio_studies.paper import runs

@@ -12,7 +12,8 @@ from typing import Any, Final
 import torsio
 from torsio import core, protocol
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
-from torsio.config import (
+from torsio.emulator import EmulatedDevice
+from torsio.printed.config import (
     ActuatorConfig,
     BoardConfig,
     CalibrationConfig,
@@ -20,10 +21,9 @@ from torsio.config import (
     GameConfig,
     ShaftConfig,
 )
-from torsio.emulator import EmulatedDevice
-from torsio.hands import FeedbackHand, ImpedanceHand, PrescribedMotion, TorqueHand
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
-from torsio.scenes import (
+from torsio.printed.hands import FeedbackHand, ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.printed.scenes import (
     Constant,
     Curve,
     Damper,

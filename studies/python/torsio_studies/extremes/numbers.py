@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 import torsio
-from torsio import core, emulator, hands, scenes
+from torsio import core, emulator
 from torsio.closed_loop import InitialState, LoopOptions, replay, simulate
-from torsio.config import ActuatorConfig, ControlConfig
-from torsio.plant import PlantParams
+from torsio.printed import hands, scenes
+from torsio.printed.config import ActuatorConfig, ControlConfig
+from torsio.printed.plant import PlantParams
 from torsio_studies import wide
 from torsio_studies.paper import runs
 

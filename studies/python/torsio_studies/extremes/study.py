@@ -21,7 +21,7 @@ from functools import partial
 from rich.console import Console
 from rich.table import Table
 
-from torsio.scenes import MAX_TORQUE_NM
+from torsio.printed.scenes import MAX_TORQUE_NM
 from torsio_studies.common import Results, Study
 from torsio_studies.extremes import dynamics, figures, not_finite, numbers
 from torsio_studies.extremes.numbers import Case

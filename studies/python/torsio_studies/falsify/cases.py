@@ -15,9 +15,9 @@ import numpy as np
 
 from torsio import ActuatorConfig, ControlConfig, Curve, Detents, EndStops, Friction, Spring, Wall
 from torsio.closed_loop import InitialState, LoopOptions
-from torsio.config import Law
-from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
-from torsio.plant import (
+from torsio.printed.config import Law
+from torsio.printed.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.printed.plant import (
     Belt,
     BrakeHysteresis,
     Cogging,
@@ -25,7 +25,7 @@ from torsio.plant import (
     PlantParams,
     ShaftHardening,
 )
-from torsio.scenes import Effect
+from torsio.printed.scenes import Effect
 
 __all__ = ["HANDS", "SCENES", "SPACE", "Batch", "Case", "SceneName", "batches", "options_of"]
 

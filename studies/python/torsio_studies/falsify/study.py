@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from torsio.config import Law
-from torsio.screen import line, table
+from torsio.common.screen import line, table
+from torsio.printed.config import Law
 from torsio_studies.common import Results, Study
 from torsio_studies.design.spread import spread
 from torsio_studies.design.store import Store

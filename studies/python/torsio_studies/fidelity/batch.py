@@ -21,11 +21,11 @@ import numpy.typing as npt
 
 from torsio.batch import Knobs, LoopOptions
 from torsio.closed_loop import replay, simulate
-from torsio.config import ControlConfig
 from torsio.demos import wall
-from torsio.hands import Hand, ImpedanceHand
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
-from torsio.scenes import Wall
+from torsio.printed.config import ControlConfig
+from torsio.printed.hands import Hand, ImpedanceHand
+from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.printed.scenes import Wall
 from torsio_studies import wide
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation
 from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth

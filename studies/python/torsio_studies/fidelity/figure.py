@@ -8,7 +8,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from torsio.drawing import (
+from torsio.common.drawing import (
     BLACK,
     BLUE,
     GREEN,

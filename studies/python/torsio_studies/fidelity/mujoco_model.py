@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from torsio.plant import PlantParams
+from torsio.printed.plant import PlantParams
 from torsio_studies import _studies
 from torsio_studies.common import StudyError
 from torsio_studies.fidelity.truth import HandTorque

@@ -20,10 +20,10 @@ import numpy.typing as npt
 from rich.console import Console
 
 from torsio.closed_loop import simulate
+from torsio.common.screen import table
 from torsio.demos import wall
 from torsio.emulator import Plant
-from torsio.hands import Hand, ImpedanceHand, TorqueHand
-from torsio.screen import table
+from torsio.printed.hands import Hand, ImpedanceHand, TorqueHand
 from torsio_studies.common import Results, Study
 from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.figure import draw

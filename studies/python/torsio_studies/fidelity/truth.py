@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from torsio.hands import Hand, ImpedanceHand, TorqueHand
-from torsio.plant import PlantParams
+from torsio.printed.hands import Hand, ImpedanceHand, TorqueHand
+from torsio.printed.plant import PlantParams
 
 Array = npt.NDArray[np.float64]
 

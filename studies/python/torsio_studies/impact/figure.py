@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
-from torsio.drawing import BLACK, BLUE, GREY, ORANGE, headline, label
+from torsio.common.drawing import BLACK, BLUE, GREY, ORANGE, headline, label
 from torsio_studies.common import Results, Study
 from torsio_studies.impact import trials
 

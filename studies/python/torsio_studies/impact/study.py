@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 from rich.console import Console
 
-from torsio.screen import table
+from torsio.common.screen import table
 from torsio_studies.common import Results, Study
 from torsio_studies.impact import figure, trials
 

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import InitialState, LoopOptions, simulate
-from torsio.config import ControlConfig
 from torsio.demos.wall import HAND_INERTIA_KG_M2, fingers
-from torsio.plant import Electrics, PlantParams
-from torsio.scenes import Impact, Wall
+from torsio.printed.config import ControlConfig
+from torsio.printed.plant import Electrics, PlantParams
+from torsio.printed.scenes import Impact, Wall
 
 Array = npt.NDArray[np.float64]
 

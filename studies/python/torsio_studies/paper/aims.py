@@ -10,12 +10,13 @@ from typing import Final
 from rich.table import Table
 
 import torsio
-from torsio import calibration, perception, screen
+from torsio import calibration, perception
 from torsio.calibration.circuit import MEASURED_OF_BOARD
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
-from torsio.config import BoardConfig, ControlConfig, Law
-from torsio.hands import ImpedanceHand
-from torsio.plant import BrakeHysteresis, Electrics, PlantParams
+from torsio.common import screen
+from torsio.printed.config import BoardConfig, ControlConfig, Law
+from torsio.printed.hands import ImpedanceHand
+from torsio.printed.plant import BrakeHysteresis, Electrics, PlantParams
 from torsio_studies.common import Results, Study
 from torsio_studies.paper import runs
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from torsio.drawing import (
+from torsio.common.drawing import (
     BLACK,
     BLUE,
     GREEN,

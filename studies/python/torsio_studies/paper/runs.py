@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from torsio import checks, perception
+from torsio import perception
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
-from torsio.config import ControlConfig, Law
+from torsio.common import checks
 from torsio.demos.wall import rms
-from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
-from torsio.plant import PlantParams, ShaftHardening
-from torsio.scenes import Spring, Wall
+from torsio.printed.config import ControlConfig, Law
+from torsio.printed.hands import ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.printed.plant import PlantParams, ShaftHardening
+from torsio.printed.scenes import Spring, Wall
 from torsio.telemetry import Record
 from torsio_studies import exits
 from torsio_studies.exits import Outcome

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from torsio.drawing import (
+from torsio.common.drawing import (
     BLACK,
     BLUE,
     GREEN,

@@ -41,9 +41,9 @@ from rich.table import Table
 
 from torsio import perception
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
-from torsio.config import Law
-from torsio.drawing import BLUE, GREEN, GREY, ORANGE
-from torsio.plant import BrakeHysteresis, PlantParams, ShaftHardening
+from torsio.common.drawing import BLUE, GREEN, GREY, ORANGE
+from torsio.printed.config import Law
+from torsio.printed.plant import BrakeHysteresis, PlantParams, ShaftHardening
 from torsio.telemetry import Record
 from torsio_studies.common import Results, Study
 from torsio_studies.paper import aims, law_figures, runs, scenario_figures

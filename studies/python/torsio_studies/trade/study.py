@@ -11,8 +11,8 @@ from rich.console import Console
 
 import torsio
 from torsio.closed_loop import LoopOptions
-from torsio.drawing import TEXT, headline
-from torsio.screen import line
+from torsio.common.drawing import TEXT, headline
+from torsio.common.screen import line
 from torsio.trading.answers import trade_loop
 from torsio.trading.figure import panel
 from torsio.trading.sources import options_of
@@ -20,7 +20,7 @@ from torsio.trading.words import as_dict, lines
 from torsio_studies.common import Results, Study, make_folder
 from torsio_studies.design.spread import spread
 
-SCENES: Final[dict[str, torsio.scenes.Scene]] = {
+SCENES: Final[dict[str, torsio.Scene]] = {
     "a light switch's detents": torsio.Detents(torque_nm=0.03, pitch_rad=torsio.deg(30)),
     "a stiff wall": torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=3.0),
     "a steering game": [

@@ -1,0 +1,64 @@
+"""Commands of `torsio` that give a knob one order: arm, stop, zero, clear-fault."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import typer
+
+import torsio
+from torsio.apps.commands.shared import Device, Seconds, opened, plainly
+from torsio.apps.doctor.knob import limits_text, missing
+from torsio.common.screen import line, out
+
+__all__ = ["add_to"]
+
+
+def arm_command(device: Device = "", seconds: Seconds = None) -> None:
+    """Switch the torque on until Ctrl-C, and print its limits and their reasons.
+
+    The knob's own effects play: a game's, or a scene that an autonomous knob kept.
+    """
+    with opened(device, out) as knob:
+        limits = knob.limits()
+        line(out, f"at most  {limits_text(limits)}")
+        if lacks := missing(knob.info.board, limits):
+            line(out, f"missing  {': '.join(lacks)}")
+        knob.arm()
+        out.print("armed    Ctrl-C ends it")
+        end_s = math.inf if seconds is None else time.monotonic() + seconds
+        while (left_s := end_s - time.monotonic()) > 0 and knob.state == "armed":
+            time.sleep(min(left_s, 0.1))
+            if knob.is_emulated:
+                knob.sleep(0.1)
+        if knob.state != "armed":
+            disarm = knob.last_disarm
+            why = ", ".join((disarm.reason, *disarm.faults)) if disarm else "unknown"
+            raise torsio.Error(f"the torque went: {why}; `torsio doctor` says what to do")
+
+
+def clear_fault_command(device: Device = "") -> None:
+    """Clear latched faults whose cause is gone; `torsio doctor` names them and their cure."""
+    with opened(device, out, order=torsio.Knob.clear_fault):
+        pass
+
+
+def stop_command(device: Device = "") -> None:
+    """Take the torque from a knob that plays on its own, and empty its scene."""
+    with opened(device, out, order=torsio.Knob.stop):
+        pass
+
+
+def zero_command(device: Device = "") -> None:
+    """Make the angle where a knob stands its zero."""
+    with opened(device, out, order=torsio.Knob.zero):
+        pass
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command("arm")(plainly(arm_command))
+    app.command("stop")(plainly(stop_command))
+    app.command("zero")(plainly(zero_command))
+    app.command("clear-fault")(plainly(clear_fault_command))

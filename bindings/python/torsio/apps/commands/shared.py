@@ -1,0 +1,156 @@
+"""Shared by the commands of `torsio`: options, opening a knob, reporting errors."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Annotated, Any, ParamSpec, TypeVar
+
+import typer
+from rich.console import Console
+
+import torsio
+from torsio.common.emulated import EMULATED, selects_emulated
+from torsio.common.screen import err, line
+from torsio.demos import output, wall
+
+__all__ = [
+    "AsJson",
+    "Device",
+    "Seconds",
+    "choose",
+    "complain",
+    "opened",
+    "plainly",
+    "print_json",
+    "value_of",
+    "value_text",
+]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+Device = Annotated[
+    str,
+    typer.Option(
+        "--device",
+        metavar="DEVICE",
+        help="Path, serial number, or 'emulated'; see `torsio list`. Unless given it is the knob "
+        "that is plugged in, or the emulated one if none is.",
+        show_default=False,
+    ),
+]
+Seconds = Annotated[
+    float | None,
+    typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print JSON to standard output, everything else to standard error.",
+    ),
+]
+
+
+def plainly(command: Callable[P, T]) -> Callable[P, T]:
+    """Turn what can go wrong into one sentence and an exit status."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return command(*args, **kwargs)
+        except KeyboardInterrupt:
+            err.print("torsio: interrupted")
+            raise typer.Exit(130) from None
+        except (torsio.Error, wall.WallNotReachedError, output.OutputError) as error:
+            complain(str(error))
+            raise typer.Exit(1) from None
+        except OSError as error:
+            named = error.filename is not None and error.strerror is not None
+            complain(f"{error.filename}: {error.strerror}" if named else str(error))
+            raise typer.Exit(1) from None
+
+    return run
+
+
+def complain(sentence: str) -> None:
+    """Print what went wrong, in a sentence."""
+    line(err, f"torsio: error: {sentence}")
+
+
+def choose(device: str) -> str:
+    """Give the selector of a device: if none is named, as `torsio.open`, or else the emulated."""
+    if device or any(listed.transport != EMULATED for listed in torsio.list_devices()):
+        return device
+    return EMULATED
+
+
+@contextmanager
+def opened(
+    device: str,
+    say: Console,
+    emulator: torsio.EmulatorOptions | None = None,
+    order: Callable[[torsio.Knob], object] | None = None,
+) -> Iterator[torsio.Knob]:
+    """Open a device, give it an order, say which one it is, and close it.
+
+    The order comes first: the screen may fail.
+    """
+    selector = choose(device)
+    options = emulator if selects_emulated(selector) else None
+    is_open = False
+    try:
+        with torsio.open(selector, emulator=options) as knob:
+            is_open = True
+            if order is not None:
+                order(knob)
+            info = knob.info
+            who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
+            if selector != device:
+                who.append("for no real knob is plugged in")
+            if knob.is_emulated:
+                who.append("which forgets what it is told when this command ends")
+            line(say, f"knob     {', '.join(who)}")
+            yield knob
+    except KeyboardInterrupt:
+        if not is_open:
+            raise
+        # Closing has disarmed it.
+        err.print("torsio: interrupted; the knob is disarmed")
+        raise typer.Exit(130) from None
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON to standard output."""
+    # Not through rich, which would wrap and colour it.
+    sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
+
+
+def value_text(key: str, value: Any) -> str:
+    """Write the value of a field as a person reads it."""
+    if key == "fingerprint":
+        return f"0x{value:08x}"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, tuple | list):
+        return ", ".join(value) or "none"
+    return str(value)
+
+
+def value_of(name: str, text: str, kind: type) -> Any:
+    """Read the value of a field, of the kind that the field has."""
+    try:
+        if kind is bool:
+            return {"on": True, "true": True, "off": False, "false": False}[text.lower()]
+        value = kind(text)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError
+    except (KeyError, ValueError):
+        wanted = {bool: "on or off", int: "a whole number", float: "a number"}[kind]
+        raise torsio.InvalidArgument(f"{name} takes {wanted}, not {text!r}") from None
+    return value

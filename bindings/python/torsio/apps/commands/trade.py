@@ -1,0 +1,129 @@
+"""`torsio trade`: what of the simulation a scene needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import TaskID
+
+import torsio
+from torsio.apps.commands.shared import AsJson, plainly, print_json
+from torsio.common import screen
+from torsio.common.extras import need_matplotlib
+from torsio.common.screen import err, line, out
+from torsio.errors import Error, InvalidArgument
+from torsio.printed.config import ActuatorConfig, ShaftConfig
+from torsio.printed.plant import PlantParams
+from torsio.trading.sources import configuration_of, plant_with
+from torsio.trading.words import as_dict, lines
+
+__all__ = ["add_to"]
+
+
+def trade_command(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="A Python file that sets `scene`, and perhaps `hand`, `plant` and `control`; or a "
+            "recording, which ends in .mcap.",
+        ),
+    ],
+    wanted: Annotated[
+        float, typer.Option("--wanted", metavar="JND", help="What may change of the felt torque.")
+    ] = 0.5,
+    parts: Annotated[
+        str | None,
+        typer.Option(
+            "--parts",
+            metavar="NAMES",
+            help="Of the plant, such as belt,cogging; else all.",
+            show_default=False,
+        ),
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            "--config",
+            metavar="FILE",
+            help="From `torsio config dump`: what the knob is.",
+            show_default=False,
+        ),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--picture", metavar="FILE", help="PNG of error against cost.", show_default=False
+        ),
+    ] = None,
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            "--keep",
+            metavar="FILE",
+            help="Results so far; the next run goes on from there.",
+            show_default=False,
+        ),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Leave out one part or all, in seconds.")
+    ] = False,
+    stretch: Annotated[
+        bool,
+        typer.Option("--extremes/--no-extremes", help="How far the scene may be stretched."),
+    ] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Find out which parts and which control rate the simulation of a scene needs.
+
+    It prints options to paste. The exit status is 0 only if the proposal holds on other visits.
+    """  # fmt: skip
+    if picture is not None:
+        need_matplotlib()
+    plant = None if parts is None else plant_with(parts)
+    known: dict[str, ActuatorConfig | ShaftConfig | PlantParams] = {}
+    if config is not None:
+        known = configuration_of(config, plant)
+    elif plant is not None:
+        known = {"plant": plant}
+    with screen.progress(err) as bar:
+        tasks: dict[str, TaskID] = {}
+
+        def show(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=total)
+            bar.update(tasks[what], completed=done, total=total)
+
+        try:
+            found = torsio.trade(
+                file,
+                wanted=wanted,
+                quick=quick,
+                stretch=stretch,
+                keep=keep,
+                on_progress=show,
+                **known,  # type: ignore[arg-type]
+            )
+        except (ValueError, TypeError, RuntimeError) as error:
+            raise error if isinstance(error, Error) else InvalidArgument(str(error)) from error
+    say = err if as_json else out
+    if picture is not None:
+        from torsio.trading.figure import save_figure
+
+        save_figure(found, picture, f"What {file.name} needs")
+        line(say, f"picture  {picture}")
+    if as_json:
+        print_json(as_dict(found))
+    else:
+        for sentence in lines(found):
+            line(out, sentence)
+        line(out, f"\n{found.paste()}")
+    if not found.holds:
+        raise typer.Exit(1)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("trade")(plainly(trade_command))

@@ -1,1 +1,0 @@
-"""The commands of `torsio`, some in each file; `torsio.cli` puts them together."""

@@ -1,0 +1,138 @@
+"""Reads and changes a knob's configurations: a part of `torsio.Knob`."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from difflib import get_close_matches
+from typing import Any, Final
+
+from torsio import _torsio
+from torsio.common import checks
+from torsio.knob.recording import KnobRecording
+from torsio.printed.config import (
+    CONFIGS,
+    ActuatorConfig,
+    BoardConfig,
+    CalibrationConfig,
+    Config,
+    ControlConfig,
+    GameConfig,
+    ShaftConfig,
+)
+
+__all__ = ["KnobConfiguration"]
+
+_NAMES: Final = {config: name for name, config in CONFIGS.items()}
+_CONFIG_OF: Final = {field.name: config for config in _NAMES for field in fields(config)}
+assert len(_CONFIG_OF) == sum(len(fields(c)) for c in _NAMES), "a name has two meanings"
+
+
+class KnobConfiguration:
+    """The part of a `torsio.Knob` that is about its configurations."""
+
+    _knob: _torsio.Knob
+    _recording: KnobRecording
+
+    def actuator_config(self) -> ActuatorConfig:
+        """Ask the device for the actuator as it knows it."""
+        return ActuatorConfig(**self._knob.actuator_config())
+
+    def control_config(self) -> ControlConfig:
+        """Ask the device how it controls."""
+        return ControlConfig(**self._knob.control_config())
+
+    def board_config(self) -> BoardConfig:
+        """Ask the device what is wired to its board."""
+        return BoardConfig(**self._knob.board_config())
+
+    def game_config(self) -> GameConfig:
+        """Ask the device what games may do."""
+        return GameConfig(**self._knob.game_config())
+
+    def shaft_config(self) -> ShaftConfig:
+        """Ask the device where its shaft bends."""
+        return ShaftConfig(**self._knob.shaft_config())
+
+    def calibration_config(self) -> CalibrationConfig:
+        """Ask the device how well the values of actuator and shaft are known."""
+        return CalibrationConfig(**self._knob.calibration_config())
+
+    def configure(self, config: Config) -> None:
+        """Set a whole configuration while disarmed.
+
+        Fields that were left at their defaults take these, whatever the device had; to change some
+        and keep the rest there is `update`. Another encoder's resolution also empties the scene. A
+        board's wiring takes effect when the device starts the next time, if it was saved.
+
+        Raises
+        ------
+        InvalidArgument
+            Names field, value and range.
+        Refused
+            Unless disarmed.
+        """
+        if type(config) not in _NAMES:
+            raise TypeError(f"not a configuration: {checks.show(config)}")
+        getattr(self._knob, f"configure_{_NAMES[type(config)]}")(config)
+        self._recording.note("configure", config=config)
+
+    def update(self, **changes: Any) -> None:
+        """Change fields of a configuration while disarmed, and keep the rest.
+
+        Parameters
+        ----------
+        changes
+            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig`, `GameConfig`,
+            `ShaftConfig` and `CalibrationConfig`, as in
+            ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
+
+        Raises
+        ------
+        TypeError
+            If no configuration has such a field, or not all are of the same one.
+        InvalidArgument, Refused
+            As in `configure`; nothing was changed.
+        """
+        configs = {_config_of(name): name for name in changes}
+        if not configs:
+            raise TypeError("update() needs a field to change, such as law='compensated'")
+        if len(configs) > 1:
+            places = " and ".join(f"{name} of {kind.__name__}" for kind, name in configs.items())
+            raise TypeError(f"update() changes one configuration at a time, not {places}")
+        config = next(iter(configs))
+        current = config(**getattr(self._knob, f"{_NAMES[config]}_config")())
+        self.configure(replace(current, **changes))
+
+    def _dump_config(self) -> str:
+        return self._knob.dump_config()
+
+    def _load_config(self, text: str) -> None:
+        self._knob.load_config(text)
+        if self._recording.is_under_way:
+            for config in self._all_configs():
+                self._recording.note("configure", config=config)
+
+    def _all_configs(self) -> tuple[Config, ...]:
+        return tuple(
+            config(**getattr(self._knob, f"{name}_config")()) for name, config in CONFIGS.items()
+        )
+
+    def save(self) -> None:
+        """Keep the configuration over power-off. Returns when it is safe."""
+        self._knob.save()
+
+    def load_defaults(self) -> None:
+        """Take the configuration of a new device. Raises `Refused` unless disarmed."""
+        self._knob.load_defaults()
+
+
+def _config_of(name: str) -> type[Config]:
+    """Give the configuration that has a field of this name."""
+    if name in _CONFIG_OF:
+        return _CONFIG_OF[name]
+    near = get_close_matches(name, _CONFIG_OF)
+    there = ", ".join(f"{field} ({_CONFIG_OF[field].__name__})" for field in near)
+    raise TypeError(
+        f"no configuration has a field {name!r}; "
+        + (f"there are {there}" if near else "`torsio config get` shows all")
+    )

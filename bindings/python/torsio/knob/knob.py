@@ -1,0 +1,453 @@
+"""The knob: open it, arm it, play scenes on it, record what happens."""
+
+from __future__ import annotations
+
+import atexit
+import warnings
+import weakref
+from collections.abc import Callable, Iterable, Sized
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from torsio import _torsio
+from torsio.common import checks, notebook
+from torsio.common.emulated import moves_parts
+from torsio.errors import Closed, Error, StiffnessWarning
+from torsio.knob.configuration import KnobConfiguration
+from torsio.knob.emulated import Emulator
+from torsio.knob.events import tell
+from torsio.knob.recording import KnobRecording
+from torsio.knob.steps import Steps
+from torsio.knob.telemetry import KnobTelemetry
+from torsio.knob.warnings import held_low, no_speed_limit, unlikely
+from torsio.printed.scenes import Excitation, Scene
+from torsio.printed.told import (
+    Clock,
+    DeviceInfo,
+    Disarm,
+    Energies,
+    Event,
+    GameEffect,
+    GameStatus,
+    Health,
+    Limits,
+    LinkStatistics,
+    MotorCurrent,
+    StableStiffness,
+    State,
+)
+from torsio.recordings.file import RecordingFile
+
+__all__ = ["Knob"]
+
+_MAX_EFFECTS = 16
+_RECORDED_SLICE_S = 0.125
+
+
+class Knob(KnobConfiguration, KnobTelemetry):
+    """An open knob, made by `torsio.open`. Use it in a ``with`` statement.
+
+    Every method may be called from any thread, and every method that waits lets other threads run
+    and can be interrupted with Ctrl-C. Besides what is named, methods raise `Disconnected` once the
+    device is unplugged, `Closed` after `close`, and `Timeout` when the device does not answer.
+
+    Durations count in the device's time: the wall clock, or a virtual one of an emulated device.
+    """
+
+    def __init__(
+        self, knob: _torsio.Knob, *, logs_inputs: bool = False, time_waits: bool = False
+    ) -> None:
+        if isinstance(knob, str):
+            raise TypeError(f"a knob is opened by torsio.open({checks.show(knob)})")
+        self._knob = knob
+        self._path: str = knob.info()["path"]
+        self._recording = KnobRecording(knob, logs_inputs=logs_inputs, time_waits=time_waits)
+        self._awaits_arm = False  # a scene was played that nobody has armed
+        self._told: Callable[[dict[str, Any]], object] | None = None
+        _open_knobs[id(self)] = weakref.ref(self)
+
+    def __enter__(self) -> Knob:
+        """Give the knob itself. Raises `Closed` if it is none any more."""
+        if not self.is_open:
+            raise Closed("the knob was closed; open it again")
+        return self
+
+    @_torsio.all_of
+    def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
+        """Close the knob."""
+        return (self.close,)
+
+    def __repr__(self) -> str:
+        """Say which device it is and what state it is in."""
+        state = self.state if self.is_open else "closed"
+        return f"<torsio.Knob {self._path!r} {state}>"
+
+    def _repr_html_(self) -> str:
+        info = self._knob.info() if self.is_open else {}
+        return notebook.knob(repr(self), info, self.position_rad)
+
+    @_torsio.all_of
+    def close(self) -> Iterable[Callable[[], object]]:
+        """Disarm, unless told to be autonomous or not armed by the SDK, and let go.
+
+        An error meanwhile, such as a full disk or Ctrl-C, is raised after that. Closing twice is
+        fine.
+        """
+        return self._knob.disarm_to_close, self._recording.close, self._knob.close, self._forget
+
+    def _forget(self) -> None:
+        self._told = None
+        _open_knobs.pop(id(self), None)
+
+    @property
+    def is_open(self) -> bool:
+        """False once closed."""
+        return self._knob.is_open
+
+    # What it is -----------------------------------------------------------------------------
+
+    @property
+    def info(self) -> DeviceInfo:
+        """The device's identity."""
+        return DeviceInfo(**self._knob.info())
+
+    @property
+    def state(self) -> State:
+        """As last heard of; costs nothing."""
+        return self._knob.state
+
+    @property
+    def last_disarm(self) -> Disarm | None:
+        """How the torque went the last time since the knob was opened; costs nothing."""
+        disarm = self._knob.last_disarm()
+        return None if disarm is None else Disarm(**disarm)
+
+    @property
+    def is_emulated(self) -> bool:
+        """True if there is an `emulator`."""
+        return self._knob.is_emulated
+
+    @property
+    def emulator(self) -> Emulator:
+        """The world round an emulated knob. Raises `Error` on real hardware."""
+        if not self._knob.is_emulated:
+            raise Error("this knob is real hardware: it has no emulator")
+        return Emulator(self._knob)
+
+    def health(self) -> Health:
+        """Ask the device for its state, faults and counters."""
+        return Health(**self._knob.health())
+
+    def energies(self) -> Energies:
+        """Tell what motor, brake and shaft have done to the knob, if the law is ``"calibrated"``.
+
+        And how stiff a wall is rendered now; docs/explanation/theory.md, "Bounded stiffness".
+        """
+        return Energies(**self._knob.energies())
+
+    def motor_current(self) -> MotorCurrent:
+        """Tell what the current sensor has shown and the bridge was told since the board started.
+
+        Nothing is `measured` on a board without a current sensor, and on an emulated knob without
+        `torsio.Electrics`.
+        """
+        return MotorCurrent(**self._knob.motor_current())
+
+    def limits(self) -> Limits:
+        """Tell the most that the device gives, and whether it is held low."""
+        return Limits(**self._knob.limits())
+
+    def faults(self) -> tuple[str, ...]:
+        """Ask the device for the names of its latched faults: "over_speed" ..."""
+        return self._knob.faults()
+
+    def clock(self) -> Clock:
+        """Ask the device for its time and position."""
+        return Clock(**self._knob.clock())
+
+    def position_rad(self) -> float:
+        """Ask the device for its angle."""
+        return self._knob.position_rad()
+
+    def statistics(self) -> LinkStatistics:
+        """Give the counters of this end of the cable."""
+        return LinkStatistics(**self._knob.statistics())
+
+    def game_status(self) -> GameStatus:
+        """Ask what games do with the device over its game interface."""
+        return GameStatus(**self._knob.game_status())
+
+    def game_effects(self) -> tuple[GameEffect, ...]:
+        """Ask for the effects that games have made, in the order of their blocks.
+
+        Three at a time are of the same moment.
+        """
+        return tuple(GameEffect(**effect) for effect in self._knob.game_effects())
+
+    # What it does ---------------------------------------------------------------------------
+
+    def arm(self) -> None:
+        """Torque on. Raises `Refused` while a fault is latched.
+
+        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows,
+        which gives little; `limits` tells how much. With `NoSpeedLimitWarning` if nobody has set a
+        board's `speed_limit_rad_s`.
+        """
+        # Before the torque: if you turn warnings into errors, the knob stays disarmed.
+        if self._is_held_low():
+            warnings.warn(held_low(self.limits()), stacklevel=2)
+        elif moves_parts(self.info.board) and self.limits().speed_limit_rad_s == 0.0:
+            warnings.warn(no_speed_limit(), stacklevel=2)
+        self._arm()
+
+    def _arm(self) -> None:
+        self._recording.note("arm")  # before the torque: it may raise
+        self._knob.arm()
+        self._awaits_arm = False
+
+    def _is_held_low(self) -> bool:
+        return moves_parts(self.info.board) and self.limits().held_low
+
+    def disarm(self) -> None:
+        """Torque off; the scene stays."""
+        self._knob.disarm()
+        self._recording.note("disarm")
+
+    def stop(self) -> None:
+        """Torque off, and the scene is emptied."""
+        self._knob.stop()
+        self._recording.note("stop")
+
+    def zero(self) -> None:
+        """Make this position angle 0. Raises `Refused` unless disarmed."""
+        self._knob.zero()
+        self._recording.note("zero")
+
+    def relax(self) -> None:
+        """Tell the sensor that the shaft is relaxed now. Raises `Refused` unless disarmed."""
+        self._knob.relax()
+
+    def clear_fault(self) -> None:
+        """Forget latched faults. Raises `Refused` while their cause is there."""
+        self._knob.clear_fault()
+        self._recording.note("clear_fault")
+
+    def play(self, scene: Scene) -> None:
+        """Play a scene in place of the one before, all of it from the same tick on.
+
+        Parameters
+        ----------
+        scene
+            One effect, or an iterable of up to 16. An effect with the same place and the same
+            values as before goes on playing. Any other starts anew. The knob must be armed to be
+            felt.
+
+        Raises
+        ------
+        InvalidArgument
+            Names effect, field, value and range; nothing was sent and the old scene goes on.
+        Refused
+            The device said no; the old scene goes on.
+
+        Warns
+        -----
+        StiffnessWarning
+            The scene plays, but a free knob may swing in it for ever. Together its effects are too
+            stiff, damp too much or have too much inertia. Not with the law ``"calibrated"``, which
+            bounds a scene.
+        SceneWarning
+            It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
+        """
+        if isinstance(scene, Iterable) and not isinstance(scene, Sized):
+            # It may have no end: one effect too many is enough to refuse it.
+            scene = list(islice(scene, _MAX_EFFECTS + 1))
+        effects = list(scene) if isinstance(scene, Iterable) else [scene]
+        swings = self._knob.play(scene)
+        self._awaits_arm = bool(effects) and self.state == "disarmed"
+        self._recording.note("play", scene=effects)
+        if swings:
+            warnings.warn(StiffnessWarning(swings), stacklevel=2)
+        for odd in unlikely(effects, self.limits):
+            warnings.warn(odd, stacklevel=2)
+
+    def stable_stiffness(self) -> StableStiffness:
+        """Ask how stiff a spring the knob's parts can render, by its configuration.
+
+        Beyond that the knob may swing for ever in a spring or wall, at the motor's full torque,
+        unless the law is ``"calibrated"``. It includes a board's current loop, its supply and the
+        encoder's steps. It trusts the configuration. `torsio.stability` has the map over damping.
+        """
+        return StableStiffness(**self._knob.stable_stiffness())
+
+    def stream_local_model(
+        self,
+        *,
+        torque_nm: float = 0.0,
+        angle_rad: float = 0.0,
+        stiffness_nm_per_rad: float = 0.0,
+        damping_nm_s_per_rad: float = 0.0,
+        deadline_s: float = 0.02,
+    ) -> None:
+        """Send a torque, a spring and a damper for the device to render at its own rate.
+
+        They act on top of the scene until the next ones come. Does not wait for the device; past
+        the deadline the device fails passive. A deadline of 0 ends the stream in good order.
+
+        Raises
+        ------
+        Refused
+            If the knob is known not to be armed. A later refusal by the device only counts in
+            :meth:`statistics`.
+
+        Warns
+        -----
+        StiffnessWarning
+            As `play` does, of model and scene together; for a model that is stiffer or damps more
+            than all since the scene began. No law bounds a local model.
+        """
+        swings = self._knob.stream_local_model(
+            checks.number("torque_nm", torque_nm),
+            checks.number("angle_rad", angle_rad),
+            checks.number("stiffness_nm_per_rad", stiffness_nm_per_rad),
+            checks.number("damping_nm_s_per_rad", damping_nm_s_per_rad),
+            checks.number("deadline_s", deadline_s),
+        )
+        if swings:
+            warnings.warn(StiffnessWarning(swings), stacklevel=2)
+
+    def excite(self, excitation: Excitation) -> None:
+        """Play a bounded experiment in place of scene and law: commands of motor and brake.
+
+        The next one goes on from where this one is; whatever leaves its bounds, or comes to its
+        end, disarms. For calibration.
+
+        Raises
+        ------
+        InvalidArgument
+            Names field, value and range.
+        Refused
+            Unless armed by this library.
+        """
+        checks.kind("excitation", excitation, Excitation, "a torsio.Excitation")
+        self._knob.excite(excitation)
+
+    # Events ---------------------------------------------------------------------------------
+
+    def events(self, timeout_s: float = 0.0) -> list[Event]:
+        """Take what the device has told of itself and nobody has taken yet, oldest first.
+
+        Changes of state and owner, faults, silence, missed deadlines, the end of the connection.
+        1,024 are kept; what is older counts as lost in `statistics`.
+
+        Parameters
+        ----------
+        timeout_s
+            How long to wait for one if there is none.
+        """
+        taken = self._knob.events(checks.number("timeout_s", timeout_s))
+        return [Event(**event) for event in taken]
+
+    def on_event(self, callback: Callable[[Event], object] | None) -> None:
+        """Call back with every event from now on; None ends it.
+
+        One after the other: from a thread of the knob, or, in virtual time, from the thread that
+        lets time pass. The callback may use the knob. Its exceptions go to `sys.unraisablehook`,
+        and the next event is told all the same.
+        """
+        told = tell(callback)
+        self._told = told
+        if told is None:
+            self._knob.on_event(None)
+            return
+        # Mostly the callback has the knob. The extension must not have it then, because the garbage
+        # collector does not see what the extension has.
+        this = weakref.ref(self)
+
+        def hear(event: dict[str, Any]) -> None:
+            knob = this()
+            if knob is not None and knob._told is not None:
+                knob._told(event)
+
+        self._knob.on_event(hear)
+
+    # Recording ------------------------------------------------------------------------------
+
+    def record_to(self, path: str | Path) -> RecordingFile:
+        """Write all that happens from now on to a file, until the recording or the knob is closed.
+
+        Telemetry is started if it does not run. The program goes on as before: what it reads is
+        written as it is read, and what it does not read when it sleeps or the recording ends; such
+        samples are then not to be read any more. Everything asked of the knob is written too, and
+        first the scene that plays, if it was played here.
+
+        Parameters
+        ----------
+        path
+            A file to be made or overwritten; its name ends in ``.mcap`` by custom.
+
+        Returns
+        -------
+        RecordingFile
+            For a ``with`` statement, and for notes of one's own. `torsio.load` reads the file.
+
+        Raises
+        ------
+        Error
+            If one is under way already, or the package mcap is missing.
+        OSError
+            If the file cannot be written.
+        """
+        recording = self._recording.begin(path, self.info, self._all_configs())
+        try:
+            self._knob.start_telemetry(None, False)  # what came before is not in it
+        except BaseException:
+            recording.close()
+            raise
+        return recording
+
+    # Waiting --------------------------------------------------------------------------------
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass."""
+        duration_s = checks.number("duration_s", duration_s)
+        # In slices that the ring of samples holds, so that a recording has them all.
+        while self._recording.is_under_way and duration_s > _RECORDED_SLICE_S:
+            self._knob.sleep(_RECORDED_SLICE_S)
+            self._recording.drain()
+            duration_s -= _RECORDED_SLICE_S
+        self._knob.sleep(duration_s)
+        self._recording.drain()
+
+    def every(self, period_s: float) -> Steps:
+        """Iterate over steps of a program's own loop at equal distances of time, the first at once.
+
+        >>> with torsio.open("emulated") as knob:
+        ...     knob.start_telemetry(prompt=True)
+        ...     for step in knob.every(0.001):
+        ...         angle_rad = float(knob.latest()["angle_rad"])
+        ...         if step.index == 9:
+        ...             break
+        1000.0
+
+        A step that is late by a whole period or more is left out and counted, so that the loop
+        never runs to catch up. `period_s` is from 0.0001 to 3600.
+        """
+        return Steps(self._knob.every(checks.number("period_s", period_s)))
+
+    def wait_for(self, state: State, *, timeout_s: float = 1.0) -> bool:
+        """Wait until the device is in a state. Returns False if it is not so in time."""
+        checks.text("state", state)
+        return self._knob.wait_for(state, checks.number("timeout_s", timeout_s))
+
+
+# By address, so that a new knob takes the place of a dead one. Not a WeakSet: Python drops a Ctrl-C
+# that falls into the callback of its references.
+_open_knobs: dict[int, weakref.ref[Knob]] = {}
+
+
+@atexit.register
+@_torsio.all_of
+def _close_all() -> Iterable[Callable[[], object]]:
+    """Close all open knobs when the interpreter ends, whatever threads wait."""
+    return [knob.close for this in list(_open_knobs.values()) if (knob := this()) is not None]

@@ -1,0 +1,244 @@
+"""The recording of an open knob: what it has told goes to a file, as the program reads on."""
+
+from __future__ import annotations
+
+import math
+import platform
+import threading
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from torsio import _torsio
+from torsio.common.notebook import Telemetry
+from torsio.errors import Error
+from torsio.printed.told import DeviceInfo, Energies
+from torsio.protocol import fingerprint
+from torsio.recordings.file import RecordingFile
+from torsio.telemetry import Record
+
+__all__ = ["KnobRecording", "hang_on"]
+
+_ENERGIES_EVERY_S = 0.12
+_DRIFT = 200e-6  # a crystal is good to half of it
+
+
+class _DeviceClock:
+    """A device's time as its host knows it, without asking."""
+
+    def __init__(self, knob: _torsio.Knob) -> None:
+        self._knob = knob
+        now_s = knob.emulator_time_s() if knob.is_emulated else knob.clock()["time_s"]
+        self._heard_s = time.monotonic()
+        self._behind_s = self._heard_s - now_s
+
+    def hear(self, sample_s: float) -> None:
+        """Take the time of a sample that has just come, and was some while on the way."""
+        now_s = time.monotonic()
+        drifted_s = _DRIFT * (now_s - self._heard_s)
+        self._behind_s = min(self._behind_s + drifted_s, now_s - sample_s)
+        self._heard_s = now_s
+
+    def now_s(self) -> float:
+        """Tell it: an emulated knob's exactly, another one's to some milliseconds."""
+        if self._knob.is_emulated:
+            with suppress(Error):  # gone
+                return self._knob.emulator_time_s()
+        return time.monotonic() - self._behind_s
+
+
+class KnobRecording:
+    """The file that an open knob's methods write to; nothing without a recording."""
+
+    def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool, time_waits: bool) -> None:
+        self._knob = knob
+        self._time_waits = time_waits
+        self._logs_inputs = logs_inputs
+        self._file: RecordingFile | None = None
+        self._tap: _torsio.ReportTap | None = None
+        self._asked_s = -math.inf
+        self._claim = threading.Lock()
+        # Samples of an interrupted recording until they are written, and their ticks, which come
+        # again.
+        self._early: Record | None = None
+        self._early_ticks = 0, 0
+
+    @property
+    def is_under_way(self) -> bool:
+        """False before `begin`, once the file is closed, and when it cannot be written."""
+        return self._file is not None and self._file.is_open
+
+    def begin(self, path: str | Path, info: DeviceInfo, configs: Iterable[Any]) -> RecordingFile:
+        """Make the file; what is told from here on is in it.
+
+        Raises `Error` if there is one already.
+        """
+        metadata = {
+            "info": asdict(info),
+            "configuration": {type(config).__name__: asdict(config) for config in configs},
+            # Last: what has it has all of them.
+            "versions": {
+                "torsio": _torsio.__version__,
+                "protocol": info.protocol_version,
+                "fingerprint": fingerprint(),
+                "firmware": info.firmware_version,
+                "python": platform.python_version(),
+                "system": f"{platform.system()} {platform.machine()}",
+            },
+        }
+        with self._claim:
+            if self.is_under_way:
+                raise Error("this knob is being recorded already: close that recording first")
+            tap = self._knob.tap(with_telemetry=False)
+            lost: int = self._knob.statistics()["samples_lost"]
+            self._asked_s = -math.inf
+            self._early, self._early_ticks = None, (0, 0)
+            self._clock = _DeviceClock(self._knob)
+            try:
+                self._tap = tap
+                self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
+            except BaseException:
+                self._tap = None  # or it keeps every report from now on
+                raise
+        return self._file
+
+    def close(self) -> None:
+        """End it, if one is under way."""
+        if self._file is not None:
+            self._file.close()
+
+    def note(self, kind: str, **values: Any) -> None:
+        """Write down what was asked of the knob."""
+        if self._file is not None:
+            self._file.note(kind, **values)
+
+    def read(self, max_samples: int, timeout_s: float) -> Telemetry:
+        """Take samples out of the knob, for the program and for the file.
+
+        Any later exception has them as its attribute `samples`.
+        """
+        kept: list[Record] = []
+        try:
+            self._take_samples(self._knob.read, max_samples, timeout_s, kept)
+            self._keep_rest(kept[0])
+            return kept[0].view(Telemetry)
+        except BaseException as error:
+            hang_on(error, kept)
+            raise
+
+    def record(
+        self, duration_s: float, rate_hz: float | None, must_stay_armed: bool, kept: list[Any]
+    ) -> None:
+        """Record, for the program and for the file.
+
+        Parameters
+        ----------
+        kept
+            Gets the samples, however it ends; if it ends well also how the torque went, or None,
+            and whether it came late.
+        """
+        self.drain()  # or what was not read would be in the way
+        try:
+            self._take_samples(self._knob.record, duration_s, rate_hz, must_stay_armed, kept)
+        except BaseException:
+            if len(kept) == 1:
+                self._keep_early(kept[0])
+            raise
+        self._keep_rest(kept[0])
+
+    def drain(self) -> None:
+        """Write down all that has come and nobody has read."""
+        while self.is_under_way and len(self.read(65536, 0.0)):
+            pass
+
+    def _take(self, write: Callable[[Any], None], call: Callable[..., Any], *given: Any) -> None:
+        """Take something out of the knob; whatever comes, it is in the file's queue then."""
+        if self._file is None or not self._file.is_open:
+            call(*given)
+        else:
+            self._file.put(write, map(call, *zip(given)))
+
+    def _take_samples(self, call: Callable[..., Any], *given: Any) -> None:
+        """Take samples; the file gets them as soon as it has room, or else how many they are."""
+        if self._file is not None and self._file.is_open:
+            received: int = self._knob.statistics()["samples_received"]
+            if self._time_waits:
+                self._file.wait_for_room(received)
+            elif not self._file.has_room(received):
+                self._file.put(self._file.write_missed, map(len, map(call, *zip(given))))
+                return
+        self._take(self._write, call, *given)
+
+    def _keep_early(self, samples: Record) -> None:
+        """Write what a recording had that ended early. It can still be read, but not written."""
+        if self._file is not None and len(samples):
+            self._file.put(self._hold_early, [samples])
+
+    # In the thread of the file:
+
+    def _hold_early(self, samples: Record) -> None:
+        self._write_early(None)
+        self._early = samples
+        self._early_ticks = int(samples["tick"][0]), int(samples["tick"][-1]) + 1
+
+    def _write_early(self, _: None) -> None:
+        if self._file is not None and self._early is not None:
+            self._file.write(self._early)
+            self._early = None
+
+    def _write(self, samples: Record) -> None:
+        if self._file is None or len(samples) == 0:
+            return
+        begin, end = self._early_ticks
+        self._file.write(samples[samples["tick"] < begin])
+        self._write_early(None)
+        self._file.write(samples[samples["tick"] >= end])
+
+    def _keep_rest(self, samples: Record) -> None:
+        """Write down what else has come meanwhile."""
+        if self._file is None:
+            return
+        if self._file.is_open:
+            self._file.put(self._file.write_lost, [self._knob.statistics()["samples_lost"]])
+            self._keep_reports()
+            if len(samples):
+                self._clock.hear(float(samples["time_s"][-1]))
+                self._keep_energies(float(samples["time_s"][-1]))
+        self._file.tell_failure()
+
+    def _keep_reports(self) -> None:
+        if self._file is not None and self._tap is not None:
+            self._take(self._file.write_reports, _torsio.ReportTap.take, self._tap)
+            if self._logs_inputs:
+                self._take(self._file.write_inputs, _torsio.Knob.inputs, self._knob)
+
+    def _keep_energies(self, now_s: float) -> None:
+        """Ask for them, unless that was a moment ago; who has no answer has none to write down."""
+        if self._file is None or abs(now_s - self._asked_s) < _ENERGIES_EVERY_S:
+            return
+        self._asked_s = now_s
+        with suppress(Error):
+            energies = Energies(**self._knob.energies())
+            if energies.kept:
+                self._file.put(self._file.write_energies, [energies])
+
+    def _end(self) -> None:
+        try:
+            self.drain()
+            if self._file is not None:
+                self._file.put(self._write_early, [None])
+            self._keep_energies(math.inf)
+        except Error as error:
+            self.note("lost", why=str(error))
+            self._keep_reports()
+        finally:
+            self._tap = None  # or it keeps every report from now on
+
+
+def hang_on(error: BaseException, kept: list[Any]) -> None:
+    """Give the samples to what is raised, if they had come."""
+    if kept:
+        error.samples = kept[0]  # type: ignore[attr-defined]

@@ -1,0 +1,1 @@
+"""Modules printed from the definitions, and the methods of their classes."""

@@ -1,0 +1,1 @@
+"""Files of what a knob did: writing, reading, replaying."""

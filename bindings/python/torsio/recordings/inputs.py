@@ -1,0 +1,200 @@
+"""A device's inputs, made from what its host has seen: for the replay of hardware.
+
+Exact where every tick was a sample and the device's filters had come to rest before the recording
+began; near it otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import count, groupby
+from typing import Any, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio import _torsio, protocol
+from torsio.errors import Error, MalformedReport
+from torsio.printed.config import CONFIGS, LET_GO_S, ActuatorConfig
+from torsio.printed.emulator_options import DeviceInput
+from torsio.recordings.loading import Recorded
+from torsio.telemetry import FLAG_STATE_MASK
+
+__all__ = ["RecordedInputs", "from_telemetry"]
+
+# To where the recording begins: slower than any limit of speed, with rests before and after.
+_COUNTS_PER_S: Final = 8192
+_REST_S: Final = 1.0
+# As long a scene may have played before the recording for its timed effects to be where they were.
+_LONGEST_REST_S: Final = 600.0
+_FURTHEST_COUNTS: Final = 10_000_000
+# Where every report that is answered has its sequence number.
+_SEQUENCE: Final = slice(1, 3)
+_REPORTS: Final = {report["name"]: report for report in protocol.reports()}
+_FEATURES: Final = {name for name, r in _REPORTS.items() if r["direction"] == "feature"}
+_SAMPLES_PER_REPORT: Final = {f["name"]: f["count"] for f in _REPORTS["telemetry"]["fields"]}[
+    "sample"
+]
+
+
+@dataclass(frozen=True)
+class RecordedInputs:
+    """Inputs, and by how much the replaying device's ticks are behind the recorded ones."""
+
+    inputs: Iterator[DeviceInput]
+    ticks_behind: int
+
+
+def from_telemetry(recorded: Recorded) -> RecordedInputs:
+    """Make inputs from the counts in the telemetry and the reports that were sent.
+
+    Raises
+    ------
+    torsio.Error
+        If the recording begins in the middle of something.
+    """
+    first = recorded.telemetry[0]
+    if first["flags"] & FLAG_STATE_MASK == 1:
+        raise Error(
+            "the recording begins while the knob is armed, and how that came about is not in it: "
+            "call record_to before arm"
+        )
+    if abs(int(first["position_counts"])) > _FURTHEST_COUNTS:
+        raise Error("the recording begins too many turns from the zero: call zero() before it")
+    orders = _orders(recorded)
+    zeroed = np.array([order.tick for order in orders if order.is_zero], np.int64)
+    # A zero that moves before the first sample moves at the end of the way.
+    begin = 0 if np.any(zeroed <= first["tick"]) else int(first["position_counts"])
+    told = min([int(first["tick"]), *(order.tick for order in orders)])
+    before = _way_there(
+        begin, int(first["tick"]) - told, recorded.metadata["info"]["control_rate_hz"]
+    )
+    counts = np.append(before, _turned(recorded, zeroed))
+    behind = int(first["tick"]) - len(before)
+    return RecordedInputs(_inputs(recorded, counts, orders, behind), behind)
+
+
+def _way_there(begin: int, told_ticks: int, rate_hz: float) -> npt.NDArray[np.int64]:
+    """Rest at angle 0 until the device is configured, turn to where it begins, and rest there.
+
+    In that last rest comes what the device was told before the first sample.
+    """
+    rest = round(_REST_S * rate_hz)
+    way = np.linspace(0, begin, round(abs(begin) * rate_hz / _COUNTS_PER_S) + 2)
+    last_rest = min(max(told_ticks, rest), round(_LONGEST_REST_S * rate_hz))
+    parts = np.zeros(rest), np.rint(way), np.full(last_rest, begin)
+    counts: npt.NDArray[np.int64] = np.concatenate(parts).astype(np.int64)
+    return counts
+
+
+def _turned(recorded: Recorded, zeroed: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Give where the encoder is at every tick from the first sample on, wherever the zero is."""
+    ticks = recorded.telemetry["tick"].astype(np.int64)
+    positions = recorded.telemetry["position_counts"]
+    # The last samples wait until their report is full.
+    last = _SAMPLES_PER_REPORT * (ticks[-1] - ticks[-2:][0])
+    every = np.arange(ticks[0], ticks[-1] + 1 + last)
+    zeroed = zeroed[zeroed > ticks[0]]
+    firsts = np.searchsorted(ticks, zeroed)
+    counts = positions.copy()
+    for i in firsts:
+        counts[i:] = positions[i:] + counts[i - 1]
+    # Up to there it is taken to rest.
+    ticks = np.insert(ticks, firsts, zeroed - 1)
+    counts = np.insert(counts, firsts, counts[firsts - 1])
+    turned: npt.NDArray[np.int64] = np.rint(np.interp(every, ticks, counts)).astype(np.int64)
+    return turned
+
+
+def _inputs(
+    recorded: Recorded, counts: npt.NDArray[np.int64], orders: list[_Order], behind: int
+) -> Iterator[DeviceInput]:
+    kept = recorded.metadata["configuration"]
+    yield DeviceInput(0, "power", b"\1")
+    for name, config in CONFIGS.items():
+        encode = getattr(_torsio.Knob, f"encode_{name}")
+        yield DeviceInput(0, "feature", encode(config(**kept[config.__name__])))
+    actuator = ActuatorConfig(**kept["ActuatorConfig"])
+    counts = -counts if actuator.encoder_reversed else counts
+    wire = (counts % (1 << actuator.counter_bits)).astype("<u4")
+    done = 0
+    for i, order in enumerate(orders):
+        # The device takes one in a tick, also of those before its first.
+        until = max(order.tick - behind, i, done)
+        if until >= len(wire):
+            break
+        yield DeviceInput(done, "counts", wire[done:until].tobytes())
+        yield DeviceInput(until, order.kind, order.content)
+        done = until
+    yield DeviceInput(done, "counts", wire[done:].tobytes())
+
+
+@dataclass(frozen=True)
+class _Order:
+    """A report that was sent, and the tick before which it came."""
+
+    tick: int
+    kind: Literal["feature", "output"]
+    content: bytes
+    is_zero: bool
+    """It made a position angle 0."""
+
+
+def _orders(recorded: Recorded) -> list[_Order]:
+    """Give the reports that were sent, in the order in which the device took them."""
+    control = recorded.metadata["configuration"]["ControlConfig"]
+    rate = recorded.metadata["info"]["control_rate_hz"]
+    # The answer to disarming comes once the torque has gone: docs/explanation/architecture.md.
+    letting_go = round(min(LET_GO_S, control["passive_ramp_s"]) * rate)
+    answers: dict[tuple[int, int], list[dict[str, Any]]] = {}
+    for _, sent, content in recorded.reports:
+        name, values = protocol.decode(content)
+        if not sent and name == "acknowledgement":
+            answers.setdefault((values["report"], values["sequence"]), []).append(values)
+    busy = {values["tick"] for found in answers.values() for values in found}
+    orders: list[_Order] = []
+    for guess, content in _sent(recorded):
+        try:
+            name, values = protocol.decode(content)
+        except MalformedReport:
+            continue
+        op = values.get("op")
+        found = answers.get((content[0], int.from_bytes(content[_SEQUENCE], "little")))
+        answer = found.pop(0) if found else None
+        if answer is not None:
+            tick = answer["tick"]
+            if op in ("disarm", "stop") and _was_armed(recorded, tick - letting_go):
+                tick -= letting_go + 1
+        elif op == "keep_alive" and guess in busy:
+            continue  # whatever it takes in that tick keeps it alive
+        else:
+            tick = next(tick for tick in count(guess) if tick not in busy)
+            busy.add(tick)
+        kind: Literal["feature", "output"] = "feature" if name in _FEATURES else "output"
+        is_zero = op == "zero" and answer is not None and answer["status"] == 0
+        orders.append(_Order(tick, kind, content, is_zero))
+    return sorted(orders, key=lambda order: order.tick)
+
+
+def _sent(recorded: Recorded) -> Iterator[tuple[int, bytes]]:
+    """Give the reports that were sent, each with the tick before which it came if nobody says.
+
+    Soon after it was sent: those between two things that the device said, evenly.
+    """
+    if not recorded.reports:
+        return
+    newest = [tick for tick, _ in groupby(tick for tick, _, _ in recorded.reports)]
+    ends = [*newest[1:], int(recorded.telemetry["tick"][-1])]
+    together = groupby(recorded.reports, key=lambda row: row[0])
+    for (tick, rows), end in zip(together, ends, strict=True):
+        sent = [content for _, sent, content in rows if sent]
+        between = max(0, end - tick - 1)
+        for i, content in enumerate(sent):
+            yield tick + 1 + between * i // len(sent), content
+
+
+def _was_armed(recorded: Recorded, tick: int) -> bool:
+    """Tell whether the knob was armed just before an order came at a tick."""
+    before = int(np.searchsorted(recorded.telemetry["tick"], tick - 1)) - 1
+    return before >= 0 and bool(recorded.telemetry["flags"][before] & FLAG_STATE_MASK == 1)
