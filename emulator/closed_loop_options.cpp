@@ -28,6 +28,7 @@ PlantState state_of(const InitialState& initial) {
   state.motor_torque_nm = initial.motor_torque_nm;
   state.brake_magnetic_nm = initial.brake_magnetic_nm;
   state.brake_target_nm = initial.brake_magnetic_nm;
+  state.brake_coil_nm = initial.brake_magnetic_nm;
   return state;
 }
 

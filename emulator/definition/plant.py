@@ -74,7 +74,7 @@ SHAFT_HARDENING = Structure(
 )
 BRAKE_HYSTERESIS = Structure(
     "BrakeHysteresis",
-    "Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.",
+    "Part of a plant: magnetic hysteresis of the brake, a play between its current, which has the lag, and its torque.",
     (
         amount(
             "half_width_nm", "N m", "of the play; the default is 5 % of the brake's limit", 5.5e-3

@@ -7,12 +7,14 @@
 #include <utility>
 #include <variant>
 
+#include "emulator/plant/portable_math.hpp"
 #include "emulator/plant/require.hpp"
 
 namespace torsio::emulator {
 namespace {
 
 constexpr double kFastestRadS = 1e6;
+constexpr double kNothingNm = 1e-12;  // of the brake's current before the end of its play
 
 /// The profile that a hand follows, if it has one.
 const Profile* profile_of(const Hand& hand) {
@@ -107,14 +109,41 @@ void Plant::set_command(const Command& command) {
   command_ = command;
   inputs_.motor_command_nm =
       std::clamp(command.motor_command_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
-  double target_nm = std::clamp(command.brake_command_nm, 0.0, params_.brake_limit_nm);
-  if (params_.brake_hysteresis) {
-    const double play_nm = params_.brake_hysteresis->half_width_nm;
-    target_nm =
-        std::max(0.0, std::clamp(state_.brake_target_nm, target_nm - play_nm, target_nm + play_nm));
-  }
-  state_.brake_target_nm = target_nm;
+  coil_target_nm_ = std::clamp(command.brake_command_nm, 0.0, params_.brake_limit_nm);
+  state_.brake_target_nm = coil_target_nm_;
+  follow_coil();
   between_ = false;  // the next step starts from here
+}
+
+void Plant::follow_coil() {
+  coil_arrives_ns_ = Profile::kForeverNs;
+  if (!plays()) return;
+  const double play_nm = params_.brake_hysteresis->half_width_nm;
+  const double lag_s = model_.brake_time_constant_s;
+  double& coil_nm = state_.brake_coil_nm;
+  if (lag_s == 0.0) coil_nm = coil_target_nm_;
+  double& torque_nm = state_.brake_magnetic_nm;
+  torque_nm = std::clamp(torque_nm, coil_nm - play_nm, coil_nm + play_nm);
+  state_.brake_target_nm = torque_nm;
+  const double way = coil_target_nm_ < coil_nm ? -1.0 : 1.0;
+  const double edge_nm = torque_nm + way * play_nm;
+  if (way * (coil_target_nm_ - edge_nm) <= 0.0) return;  // it stays within the play
+  if (way * (edge_nm - coil_nm) <= kNothingNm) {
+    state_.brake_target_nm = coil_target_nm_ - way * play_nm;
+    return;
+  }
+  const double after_s = lag_s * log_of((coil_target_nm_ - coil_nm) / (coil_target_nm_ - edge_nm));
+  coil_arrives_ns_ = state_.time_ns + std::max<std::int64_t>(1, std::llround(1e9 * after_s));
+}
+
+void Plant::step_to(std::int64_t time_ns) {
+  Stepper& stepper = connected_ ? *stepper_ : *disconnected_;
+  const std::int64_t duration_ns = time_ns - state_.time_ns;
+  stepper.step(state_, inputs_, duration_ns);
+  if (plays() && model_.brake_time_constant_s > 0.0) {
+    const double lags = 1e-9 * static_cast<double>(duration_ns) / model_.brake_time_constant_s;
+    state_.brake_coil_nm += (state_.brake_coil_nm - coil_target_nm_) * expm1_of(-lags);
+  }
 }
 
 void Plant::set_drive(const Drive& drive) {
@@ -146,7 +175,10 @@ void Plant::set_state(const PlantState& state) {
           "plant: brake_magnetic_nm must be finite and >= 0");
   require(std::isfinite(state.brake_target_nm) && state.brake_target_nm >= 0.0,
           "plant: brake_target_nm must be finite and >= 0");
+  require(std::isfinite(state.brake_coil_nm) && state.brake_coil_nm >= 0.0,
+          "plant: brake_coil_nm must be finite and >= 0");
   state_ = state;
+  follow_coil();
   make_consistent();
   refresh_hand_segment();
   start_from_here();
@@ -163,15 +195,15 @@ void Plant::advance(std::int64_t duration_ns) {
   if (between_) state_ = anchor_;
   between_ = false;
   do {
-    const std::int64_t boundary_ns = std::min(grid_ns_, inputs_.hand.end_ns);
-    Stepper& stepper = connected_ ? *stepper_ : *disconnected_;
+    const std::int64_t boundary_ns = std::min({grid_ns_, inputs_.hand.end_ns, coil_arrives_ns_});
     if (boundary_ns > target_ns) {
       anchor_ = state_;
       between_ = true;
-      stepper.step(state_, inputs_, target_ns - state_.time_ns);
+      step_to(target_ns);
       return;
     }
-    stepper.step(state_, inputs_, boundary_ns - state_.time_ns);
+    step_to(boundary_ns);
+    if (boundary_ns == coil_arrives_ns_) follow_coil();
     if (boundary_ns == grid_ns_) grid_ns_ += step_ns_;
     // False for NaN. No encoder counts what turns faster.
     if (!(std::abs(state_.speed_rad_s[0]) <= kFastestRadS)) [[unlikely]] {

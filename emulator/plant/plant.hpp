@@ -73,9 +73,12 @@ class Plant {
     PlantState anchor;
     bool between;
     std::int64_t grid_ns;
+    double coil_target_nm;
+    std::int64_t coil_arrives_ns;
   };
   [[nodiscard]] Memory memory() const {
-    return {command_, inputs_, state_, anchor_, between_, grid_ns_};
+    return {command_, inputs_,  state_,          anchor_,
+            between_, grid_ns_, coil_target_nm_, coil_arrives_ns_};
   }
   /// @param memory of a plant that was made in the same way and has the hand that it was made with
   void set_memory(const Memory& memory) {
@@ -85,6 +88,8 @@ class Plant {
     anchor_ = memory.anchor;
     between_ = memory.between;
     grid_ns_ = memory.grid_ns;
+    coil_target_nm_ = memory.coil_target_nm;
+    coil_arrives_ns_ = memory.coil_arrives_ns;
   }
 
   [[nodiscard]] const PlantState& state() const { return state_; }
@@ -99,6 +104,11 @@ class Plant {
   void ask_hand(const FeedbackHand& hand);
   /// Goes on from where the plant is, whatever the grid: after every change of an input.
   void start_from_here();
+  /// Whether the brake's torque follows its current with a play. With electrics the circuit has it.
+  [[nodiscard]] bool plays() const { return params_.brake_hysteresis && !params_.electrics; }
+  /// Where the brake's torque goes, and when its current will be at the end of the play.
+  void follow_coil();
+  void step_to(std::int64_t time_ns);
   /// A state with its rigid connections.
   void make_consistent();
 
@@ -116,6 +126,8 @@ class Plant {
   PlantState anchor_;         // where the step under way began, if between_ is set
   bool between_ = false;      // now is neither a grid time nor a change of inputs
   std::int64_t grid_ns_ = 0;  // the next grid time
+  double coil_target_nm_ = 0.0;
+  std::int64_t coil_arrives_ns_ = Profile::kForeverNs;  // at the end of the play
 };
 
 }  // namespace torsio::emulator

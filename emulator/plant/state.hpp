@@ -52,8 +52,9 @@ struct PlantState {
   std::array<double, 3> speed_rad_s{};  ///< exactly 0 while friction holds a shaft
   std::array<double, 2> twist_rad{};    ///< shaft spring (A - B) and belt (B - C)
   double motor_torque_nm = 0.0;         ///< after the motor's lag
-  double brake_magnetic_nm = 0.0;       ///< capacity after the lag, without the drag
-  double brake_target_nm = 0.0;         ///< command after hysteresis, where the capacity goes
+  double brake_magnetic_nm = 0.0;       ///< capacity after lag and hysteresis, without the drag
+  double brake_target_nm = 0.0;         ///< where the capacity goes
+  double brake_coil_nm = 0.0;           ///< before hysteresis, of a plant without electrics
 
   [[nodiscard]] double knob_angle_rad() const { return knob_angle.rad(); }
   [[nodiscard]] double knob_speed_rad_s() const { return speed_rad_s[0]; }

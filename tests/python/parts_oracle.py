@@ -57,9 +57,9 @@ class Rows:
         self.inertia[0] += self.hand_kg_m2
         self.shafts = len(self.inertia)
         self.rubbing = [0] if self.shafts == 1 else [0, self.shafts - 1]
-        self.state = np.zeros(2 * self.shafts + 2)  # angles, speeds, motor, brake
+        self.state = np.zeros(2 * self.shafts + 2)  # angles, speeds, motor, coil
         self.slips = [0] * len(self.rubbing)
-        self.target_nm = 0.0
+        self.held_nm = 0.0  # by the brake at the last change of its command
 
     def spring_nm(self, twist: float) -> float:
         stiffness, hard = self.params.shaft_stiffness_nm_per_rad, self.params.shaft_hardening
@@ -102,11 +102,11 @@ class Rows:
         p = self.params
         if self.shafts == 1:
             return [p.knob_coulomb_nm + p.brake_drag_nm]
-        return [p.knob_coulomb_nm, float(y[-1]) + p.brake_drag_nm]
+        return [p.knob_coulomb_nm, self.play(float(y[-1])) + p.brake_drag_nm]
 
     def advance(self, motor_nm: float, brake_nm: float) -> None:
         n, end_s = self.shafts, self.time_s + PERIOD_S
-        self.target_nm = brake_nm if self.params.brake_hysteresis is None else self.play(brake_nm)
+        self.held_nm = self.play(float(self.state[-1]))
         while self.time_s < end_s - 1e-15:
             self.let_go()
             slips = tuple(self.slips)
@@ -120,7 +120,7 @@ class Rows:
                     net = (torque[shaft] - slip * limit) / self.inertia[shaft]
                     rate[n + shaft] = net if slip else 0.0
                 rate[2 * n] = (motor_nm - y[2 * n]) / MOTOR_LAG_S
-                rate[2 * n + 1] = (self.target_nm - y[2 * n + 1]) / BRAKE_LAG_S
+                rate[2 * n + 1] = (brake_nm - y[2 * n + 1]) / BRAKE_LAG_S
                 return rate
 
             watched = [self.room(i, slip) for i, slip in enumerate(slips)]
@@ -153,10 +153,12 @@ class Rows:
             if self.slips[i] == 0 and abs(torque[shaft]) > friction[i] * (1 + 1e-12):
                 self.slips[i] = 1 if torque[shaft] > 0 else -1
 
-    def play(self, brake_nm: float) -> float:
-        assert self.params.brake_hysteresis is not None
+    def play(self, coil_nm: float) -> float:
+        """Give what the brake holds; its current goes one way between changes of the command."""
+        if self.params.brake_hysteresis is None:
+            return coil_nm
         half = self.params.brake_hysteresis.half_width_nm
-        return max(0.0, min(max(self.target_nm, brake_nm - half), brake_nm + half))
+        return min(max(self.held_nm, coil_nm - half), coil_nm + half)
 
     def room(self, i: int, slip: int) -> Callable[[float, Array], float]:
         """Give what is left until friction catches or lets go, for SciPy's events."""

@@ -145,7 +145,6 @@ def test_inertia_that_is_a_little_wrong_is_better_than_none(wrong: float) -> Non
 
 
 def test_sensor_knows_what_hysteresis_leaves() -> None:
-    """The plant without electrics has its play before the lag, the law behind it."""
     stiffness = math.degrees(30e-3)
     plant = PlantParams(
         counts_per_rev=COUNTS, brake_hysteresis=BrakeHysteresis(half_width_nm=11e-3)

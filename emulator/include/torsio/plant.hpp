@@ -92,7 +92,8 @@ struct ShaftHardening {
   double stiffness_factor = 2.0;  ///< stiffness beyond the knee over stiffness before it; > 0
 };
 
-/// Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.
+/// Part of a plant: magnetic hysteresis of the brake, a play between its current, which has the
+/// lag, and its torque.
 struct BrakeHysteresis {
   double half_width_nm = 0.0055;  ///< of the play; the default is 5 % of the brake's limit; >= 0
 };

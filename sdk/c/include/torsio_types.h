@@ -802,7 +802,8 @@ typedef struct torsio_shaft_hardening {
 } torsio_shaft_hardening;
 TORSIO_API torsio_result torsio_shaft_hardening_init(torsio_shaft_hardening* structure);
 
-/// Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.
+/// Part of a plant: magnetic hysteresis of the brake, a play between its current, which has the
+/// lag, and its torque.
 typedef struct torsio_brake_hysteresis {
   uint32_t struct_size;  ///< bytes of a torsio_brake_hysteresis
   /// of the play; the default is 5 % of the brake's limit; >= 0; at first 0.0055

@@ -44,7 +44,9 @@ class ShaftHardening(checks.ByName):
 
 @dataclass(frozen=True)
 class BrakeHysteresis(checks.ByName):
-    """Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.
+    """Part of a plant.
+
+    Magnetic hysteresis of the brake, a play between its current, which has the lag, and its torque.
 
     Attributes
     ----------

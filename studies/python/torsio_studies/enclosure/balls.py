@@ -26,7 +26,7 @@ from torsio_studies.fidelity.truth import HandTorque
 __all__ = ["DIGITS", "Enclosure", "UndecidedError", "enclose"]
 
 DIGITS: Final = 50
-_A, _P, _B, _WA, _WP, _WB, _TM, _TB, _F, _S, _CM, _CB, _ONE = range(13)
+_A, _P, _B, _WA, _WP, _WB, _TM, _TB, _I, _F, _S, _CM, _CB, _ONE = range(14)
 _TIE: Final = 1e-45  # s
 _HALVINGS: Final = 60
 _NEWTON: Final = 40
@@ -62,7 +62,8 @@ class Enclosure:
     Attributes
     ----------
     state
-        Angles and speeds of knob, pulley and brake, the torques, and what is held: a column.
+        Angles and speeds of knob, pulley and brake, the torques, the brake's current, and what is
+        held: a column.
     events
         What has happened, by name, in order.
     """
@@ -74,11 +75,11 @@ class Enclosure:
         self.state = arb_mat(_ONE + 1, 1)
         self.state[_ONE, 0] = arb(1)
         self.friction = [0, 0]
+        self.play = 0  # 1: the brake's torque goes up with its current, -1: down, 0: it stays
         self.bend = 1 if plant.shaft_hardening else None
         self.cog = 0 if plant.cogging else None
         self.events: list[str] = []
         self._time_s = arb(0)
-        self._settled_nm = arb(0)
         self._modes = cache(self._mode)
         self._powers = cache(self._power)
 
@@ -87,14 +88,9 @@ class Enclosure:
         command = min(max(brake_command_nm, 0.0), self.plant.brake_limit_nm)
         limit = self.plant.motor_limit_nm
         self.state[_CM, 0] = arb(min(max(motor_command_nm, -limit), limit))
-        if play := self.plant.brake_hysteresis:
-            low, high = arb(command) - play.half_width_nm, arb(command) + play.half_width_nm
-            settled = self._settled_nm
-            settled = low if settled < low else high if settled > high else settled
-            self._settled_nm = arb(0) if settled < 0 else settled
-        else:
-            self._settled_nm = arb(command)
-        self.state[_CB, 0] = self._settled_nm
+        self.state[_CB, 0] = arb(command)
+        if self.play * (arb(command) - self.state[_I, 0]) < 0:
+            self.play = 0
         now_s = float(self._time_s.mid())
         while now_s < end_s:
             force, slope, piece_end_s = self._hand_at(now_s)
@@ -127,7 +123,7 @@ class Enclosure:
     # The equations -------------------------------------------------------------------------
 
     def _key(self) -> tuple[Any, ...]:
-        return (*self.friction, self.bend, self.cog)
+        return (*self.friction, self.play, self.bend, self.cog)
 
     def _shaft(self, bend: int | None) -> Row:
         """Give the torque of the spring: what it takes from the knob."""
@@ -182,7 +178,7 @@ class Enclosure:
 
     def _mode(self, key: tuple[Any, ...]) -> tuple[Any, list[tuple[str, Any]]]:
         """Give the matrix of a mode, and the functions that stay positive in it."""
-        *friction, bend, cog = key
+        *friction, play, bend, cog = key
         plant = self.plant
         demands = self._demands(bend, cog)
         capacities = self._capacities()
@@ -212,13 +208,19 @@ class Enclosure:
         ):  # fmt: skip
             rate = 1 / arb(lag_s)
             rows[torque] = {command: rate, torque: -rate}
+        if plant.brake_hysteresis:
+            rows[_I] = {_CB: rate, _I: -rate}
+            rows[_TB] = rows[_I] if play else {}
         rows[_F] = {_S: arb(1)}
-        stays += self._bounds(bend, cog)
+        stays += self._bounds(play, bend, cog)
         return _matrix(rows), [(name, _matrix([row])) for name, row in stays]
 
-    def _bounds(self, bend: int | None, cog: int | None) -> list[tuple[str, Row]]:
-        """Give what keeps the shaft between its knees and the knob on a piece of cogging."""
+    def _bounds(self, play: int, bend: int | None, cog: int | None) -> list[tuple[str, Row]]:
+        """Give what keeps the brake in its play, the shaft between knees, the knob on a cog."""
         found: list[tuple[str, Row]] = []
+        if self.plant.brake_hysteresis and not play:
+            half = arb(self.plant.brake_hysteresis.half_width_nm)
+            found += [("play", {_I: -arb(way), _TB: arb(way), _ONE: half}) for way in (1, -1)]
         if self.plant.shaft_hardening and bend is not None:
             knee = arb(self.plant.shaft_hardening.knee_rad)
             twist = {_A: arb(1), (_P if self.plant.belt else _B): arb(-1)}
@@ -391,6 +393,9 @@ class Enclosure:
             self.friction[end] = 0
             self._let_go()
             return name if self.friction[end] else ""
+        if name == "play":
+            self.play = 1 if way[0, _I] < 0 else -1
+            return name
         if name == "cogging":
             assert self.cog is not None
             self.cog += 1 if way[0, _A] < 0 else -1
