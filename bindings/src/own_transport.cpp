@@ -24,7 +24,9 @@ struct InTransport {
   explicit InTransport(const Passing& passing) { in_transport = &passing; }
   InTransport(const InTransport&) = delete;
   InTransport& operator=(const InTransport&) = delete;
-  ~InTransport() { in_transport = nullptr; }
+  ~InTransport() { in_transport = before; }
+  // A transport may use a knob whose transport is its own too.
+  const Passing* before = in_transport;
 };
 
 /// @throws Disconnected if the call raises it, Interrupted if that is no Exception, else Error with

@@ -141,6 +141,32 @@ def test_what_a_transport_raises_is_told(
     assert transport.closed == 1
 
 
+class Relaying(Simulated):
+    """Uses another knob in the middle of a write, and then the knob behind it."""
+
+    other: torsio.Knob
+    behind: torsio.Knob | None = None
+    refused = ""
+
+    def write(self, report: bytes) -> bool:
+        if self.behind is not None:
+            self.other.disarm()
+            try:
+                _ = self.behind.state
+            except torsio.Error as error:
+                self.refused = str(error)
+        return super().write(report)
+
+
+def test_knob_behind_is_refused_also_after_another_knob_was_used() -> None:
+    transport = Relaying()
+    with torsio.open(Simulated()) as transport.other, torsio.open(transport) as knob:
+        transport.behind = knob
+        knob.disarm()
+        transport.behind = None
+    assert "cannot use the knob behind it" in transport.refused
+
+
 def test_report_of_another_size_is_refused_in_a_sentence() -> None:
     transport = Simulated()
     with torsio.open(transport) as knob:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import time
 import warnings
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -155,6 +156,10 @@ def variants(options: LoopOptions, *, quick: bool) -> list[Variant]:
     return tried
 
 
+def _sum(row: object) -> int:
+    return zlib.crc32(json.dumps(row).encode())
+
+
 class Kept:
     """Results in a file of lines, so that an interrupted trade goes on where it was."""
 
@@ -167,7 +172,8 @@ class Kept:
         for line in filter(None, text.splitlines()):
             try:
                 one = json.loads(line)
-                self._found[one["key"]] = one["row"]
+                if one["crc32"] == _sum(one["row"]):  # else a bit has flipped
+                    self._found[one["key"]] = one["row"]
             except (ValueError, KeyError, TypeError, RecursionError):
                 if not line.startswith('{"key"'):
                     raise Error(f"{path} keeps no results of a trade: give another file") from None
@@ -181,7 +187,9 @@ class Kept:
             if self._path is not None:
                 with self._path.open("a", encoding="utf-8") as file:
                     # A line of its own, whatever was torn before.
-                    file.write(json.dumps({"key": key, "row": self._found[key]}).join("\n\n"))
+                    row = self._found[key]
+                    line = json.dumps({"key": key, "crc32": _sum(row), "row": row})
+                    file.write(line.join("\n\n"))
         return self._found[key]
 
 
