@@ -8,9 +8,10 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from tools import usb_ids
 from tools.dev import building, environment, fresh, groups
@@ -23,6 +24,7 @@ from tools.dev.running import (
     Word,
     become,
     become_root,
+    later,
     lock,
     run,
     say,
@@ -137,7 +139,8 @@ def _build_tests(plan: groups.Plan) -> None:
         if preset in needs:
             building.build_preset(preset, sources.tinyusb)
     coming.finish()
-    beside = [building.begin_npm("tests/board")] if "firmware" in needs else []
+    beside: list[Future[Any]] = []
+    beside += [building.begin_npm("tests/board")] if "firmware" in needs else []
     beside += [building.begin_studio()] if "page" in needs else []
     if "tsan" in needs:
         building.build_preset("tsan", sources.tinyusb)
@@ -148,6 +151,10 @@ def _build_tests(plan: groups.Plan) -> None:
         building.build_python(building.HARDWARE, sources.tinyusb)
     if "making" in needs:
         environment.make_hardware()
+    # Once for all workers and guests, which otherwise compile every test each. Errors show later.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    collect = ("--collect-only", "-q", "-p", "no:xdist", *plan.arguments)
+    beside += [later(lambda: succeeds(PYTHON, "-m", "pytest", *collect))]
     if "firmware" in needs:
         building.build_firmware(sources.sdk, plan.boards)
         building.build_emulated(plan.boards)
