@@ -22,7 +22,7 @@ Excitation steady(float motor_nm, float duration_s = 0.05F) {
 }
 
 /// Armed, with a scene of 0.01 N m and no soft start.
-void arm(Rig& rig, Law law = Law::motor_only, float motor_slew_nm_per_s = 0.0F) {
+void arm_with(Rig& rig, Law law = Law::motor_only, float motor_slew_nm_per_s = 0.0F) {
   ControlConfig control = at_once(law);
   control.motor_slew_nm_per_s = motor_slew_nm_per_s;
   REQUIRE(rig.set(control).ok());
@@ -55,7 +55,7 @@ TEST_CASE("an experiment is refused to whoever has not armed, and while the torq
 
 TEST_CASE("an experiment takes the place of the scene, ends by itself and disarms") {
   Rig rig;
-  arm(rig);
+  arm_with(rig);
   CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.01));
   REQUIRE(rig.send_status(steady(-0.03F)) == Status::ok);
   rig.tick();
@@ -75,7 +75,7 @@ TEST_CASE("an experiment takes the place of the scene, ends by itself and disarm
 TEST_CASE(
     "nothing is left in the tick in which an experiment ends, however slow the motor's slew") {
   Rig rig;
-  arm(rig, Law::motor_only, 1.0F);
+  arm_with(rig, Law::motor_only, 1.0F);
   REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
   float last_nm = 0.0F;
   int ticks = 0;
@@ -95,7 +95,7 @@ TEST_CASE(
 
 TEST_CASE("an experiment goes past the law, and gives each part what was asked of it") {
   Rig rig;
-  arm(rig, Law::compensated);
+  arm_with(rig, Law::compensated);
   Excitation excitation = steady(-0.03F);
   excitation.brake_command_nm = 0.05F;
   REQUIRE(rig.send_status(excitation) == Status::ok);
@@ -106,7 +106,7 @@ TEST_CASE("an experiment goes past the law, and gives each part what was asked o
 
 TEST_CASE("an experiment that leaves its bounds is stopped, and says so") {
   Rig rig;
-  arm(rig);
+  arm_with(rig);
   REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
   rig.inputs.encoder_count += 150;  // 0.115 rad
   rig.tick();
@@ -120,7 +120,7 @@ TEST_CASE("an experiment that leaves its bounds is stopped, and says so") {
 TEST_CASE("a fault or a disarming ends an experiment for good") {
   for (const bool fault : {true, false}) {
     Rig rig;
-    arm(rig);
+    arm_with(rig);
     REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
     rig.tick();
     if (fault) {
@@ -141,7 +141,7 @@ TEST_CASE("a fault or a disarming ends an experiment for good") {
 
 TEST_CASE("an experiment ends the streamed model before it, with its deadline") {
   Rig rig;
-  arm(rig);
+  arm_with(rig);
   LocalModel model;
   model.torque_nm = 0.02F;
   model.deadline_s = 0.01F;

@@ -23,8 +23,8 @@ namespace {
 const std::vector<std::string> kNames{"disarmed", "fault",   "rising",
                                       "playing",  "passive", "letting go"};
 
-struct Loop {
-  Loop() {
+struct PhasedLoop {
+  PhasedLoop() {
     device::Config config;
     config.control.law = protocol::Law::motor_only;
     config.control.passive_ramp_s = 0.02F;
@@ -75,17 +75,17 @@ struct Loop {
   device::TickInputs in;
 };
 
-const std::map<std::string, std::function<void(Loop&)>> kEvents{
-    {"the SDK arms", [](Loop& loop) { loop.give(Order::Kind::arm); }},
+const std::map<std::string, std::function<void(PhasedLoop&)>> kEvents{
+    {"the SDK arms", [](PhasedLoop& loop) { loop.give(Order::Kind::arm); }},
     {"a game plays, or somebody turns the dial",
-     [](Loop& loop) {
+     [](PhasedLoop& loop) {
        loop.loop->want_dial(true);
        loop.tick();
      }},
-    {"`disarm` or `stop`", [](Loop& loop) { loop.give(Order::Kind::stop); }},
-    {"the host is silent or gone", [](Loop& loop) { loop.pull_the_cable(); }},
+    {"`disarm` or `stop`", [](PhasedLoop& loop) { loop.give(Order::Kind::stop); }},
+    {"the host is silent or gone", [](PhasedLoop& loop) { loop.pull_the_cable(); }},
     {"a local model is late",
-     [](Loop& loop) {
+     [](PhasedLoop& loop) {
        Order order;
        order.kind = Order::Kind::local_model;
        order.sequence = 1;
@@ -94,7 +94,7 @@ const std::map<std::string, std::function<void(Loop&)>> kEvents{
        loop.tick(1);
      }},
     {"an experiment ends",
-     [](Loop& loop) {
+     [](PhasedLoop& loop) {
        Order order;
        order.kind = Order::Kind::excite;
        order.excitation.duration_ticks = 1;
@@ -104,9 +104,9 @@ const std::map<std::string, std::function<void(Loop&)>> kEvents{
        loop.give(order);
        loop.tick(2);
      }},
-    {"the ramp is over", [](Loop& loop) { loop.tick(21); }},
-    {"a fault's cause appears", [](Loop& loop) { loop.fail(); }},
-    {"`clear_fault`", [](Loop& loop) { loop.give(Order::Kind::clear_fault); }},
+    {"the ramp is over", [](PhasedLoop& loop) { loop.tick(21); }},
+    {"a fault's cause appears", [](PhasedLoop& loop) { loop.fail(); }},
+    {"`clear_fault`", [](PhasedLoop& loop) { loop.give(Order::Kind::clear_fault); }},
 };
 
 /// The cells of a row of a table in Markdown.
@@ -155,7 +155,7 @@ TEST_CASE("every phase does with every event what the table of the architecture 
     REQUIRE(rows.contains(event));
     for (std::size_t i = 0; i < kNames.size(); ++i) {
       CAPTURE(kNames[i]);
-      Loop loop;
+      PhasedLoop loop;
       loop.bring_into(static_cast<Phase>(i));
       happen(loop);
       const std::string& told = rows.at(event)[i];

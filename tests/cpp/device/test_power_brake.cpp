@@ -18,8 +18,8 @@ using torsio::test::Rig;
 
 namespace {
 
-constexpr PowerBoard kFast{25'000, 25'000, true};
-constexpr PowerBoard kSlow{100'000, 100'000, false};
+constexpr PowerBoard kFastCoil{25'000, 25'000, true};
+constexpr PowerBoard kSlowCoil{100'000, 100'000, false};
 
 BoardConfig known_coil() {
   BoardConfig config;
@@ -59,7 +59,7 @@ struct Coil {
 }  // namespace
 
 TEST_CASE("another lag of the brake reaches its coil once the bridges let go, and not before") {
-  for (const PowerBoard& board : {kFast, kSlow}) {
+  for (const PowerBoard& board : {kFastCoil, kSlowCoil}) {
     CAPTURE(board.current_period_ns);
     Coil coil(board);
     CHECK(coil.fall_s() == doctest::Approx(60e-3).scale(0).epsilon(0.01));
@@ -84,7 +84,7 @@ TEST_CASE("another lag of the brake reaches its coil once the bridges let go, an
 
 TEST_CASE("a device tells its power stage the lag that it is configured with, without a restart") {
   Rig rig;
-  Coil coil(kFast);
+  Coil coil(kFastCoil);
   rig.device->measure_by(coil.logic);
   const auto falls_in = [&coil](double lag_s) {
     coil.run(0.0, coil.period_s(), false);

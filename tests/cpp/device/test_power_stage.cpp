@@ -17,10 +17,10 @@ using torsio::protocol::Toggle;
 
 namespace {
 
-constexpr std::uint16_t kFull = 150'000'000 / 40'000 / 2;  // steps of a PWM period
+constexpr std::uint16_t kHalfPeriod = 150'000'000 / 40'000 / 2;  // steps of a PWM period
 
-struct Bench {
-  explicit Bench(BoardConfig of = {}, PowerBoard on = {50'000, 50'000, false})
+struct StageBench {
+  explicit StageBench(BoardConfig of = {}, PowerBoard on = {50'000, 50'000, false})
       : config(of), board(on), zero_steps(1000) {
     fake::chip = {};
     stage.emplace(config, board, 20e-3F);
@@ -41,14 +41,15 @@ struct Bench {
   /// Share of the supply on the motor, with its sign.
   double motor() const {
     const auto& [a, b] = fake::chip.pwm[pwm_gpio_to_slice_num(config.motor_pin)];
-    return (static_cast<double>(b) - static_cast<double>(a)) / kFull;
+    return (static_cast<double>(b) - static_cast<double>(a)) / kHalfPeriod;
   }
   double brake() const {
     const auto& [a, b] = fake::chip.pwm[pwm_gpio_to_slice_num(config.brake_pin)];
-    return (static_cast<double>(b) - static_cast<double>(a)) / kFull;
+    return (static_cast<double>(b) - static_cast<double>(a)) / kHalfPeriod;
   }
   bool lets_go(std::uint8_t pin) const {
-    return fake::chip.pwm[pwm_gpio_to_slice_num(pin)] == std::array<std::uint16_t, 2>{kFull, kFull};
+    return fake::chip.pwm[pwm_gpio_to_slice_num(pin)] ==
+           std::array<std::uint16_t, 2>{kHalfPeriod, kHalfPeriod};
   }
   bool enabled() const { return gpio_get(config.enable_pin); }
 
@@ -63,7 +64,7 @@ TickOutputs on(float motor_nm, float brake_nm = 0.0F) { return {motor_nm, brake_
 }  // namespace
 
 TEST_CASE("a power stage starts with everything off, and is on only while it is told so") {
-  Bench bench;
+  StageBench bench;
   CHECK_FALSE(bench.enabled());
   CHECK(bench.lets_go(bench.config.motor_pin));
   CHECK(bench.lets_go(bench.config.brake_pin));
@@ -81,7 +82,7 @@ TEST_CASE("the motor is never asked for more than its current, either way") {
   BoardConfig config;
   config.motor_current_max_a = 1.0F;
   for (const float sign : {1.0F, -1.0F}) {
-    Bench bench(config);
+    StageBench bench(config);
     // At the limit, so nothing is wanted but what the winding's resistance takes, which is not
     // known.
     bench.measure(static_cast<double>(sign));
@@ -98,13 +99,13 @@ TEST_CASE("the sign of the torque is the sign of the voltage, and turns with a r
     for (const double sign : {1.0, -1.0}) {
       BoardConfig config;
       config.motor_reversed = reversed ? Toggle::on : Toggle::off;
-      Bench bench(config);
+      StageBench bench(config);
       bench.apply(on(static_cast<float>(sign) * 0.02F));
       CHECK(bench.motor() * sign * (reversed ? -1.0 : 1.0) > 0.0);
       // The measured current counts from the same side.
       const double wanted =
           sign * 0.02 / static_cast<double>(config.motor_torque_constant_nm_per_a);
-      Bench settled(config);
+      StageBench settled(config);
       settled.measure(reversed ? -wanted : wanted);
       settled.apply(on(static_cast<float>(sign) * 0.02F));
       CHECK(std::abs(settled.motor()) < 0.02);
@@ -115,20 +116,20 @@ TEST_CASE("the sign of the torque is the sign of the voltage, and turns with a r
 TEST_CASE("the brake's coil never gets more than its current, nor more than the supply") {
   BoardConfig config;
   config.brake_current_max_a = 0.1F;
-  Bench bench(config);
+  StageBench bench(config);
   bench.apply(on(0.0F, 100.0F));
   const double share =
       0.1 * static_cast<double>(config.brake_resistance_ohm) / static_cast<double>(config.supply_v);
   REQUIRE(share < 1.0);
   CHECK(bench.brake() == doctest::Approx(share).scale(0).epsilon(0.01));
   config.brake_current_max_a = 100.0F;
-  Bench full(config);
+  StageBench full(config);
   full.apply(on(0.0F, 100.0F));
   CHECK(full.brake() == 1.0);
 }
 
 TEST_CASE("the brake's coil gets the current of the torque that is asked for") {
-  Bench bench;
+  StageBench bench;
   for (const double torque_nm : {0.0, 0.01, 0.02, 0.04}) {
     bench.apply(on(0.0F, static_cast<float>(torque_nm)));
     const double amperes =
@@ -143,7 +144,7 @@ TEST_CASE("a current of more than one and a half times the limit is a fault afte
   BoardConfig config;
   config.motor_current_max_a = 2.0F;
   for (const double sign : {1.0, -1.0}) {
-    Bench bench(config);
+    StageBench bench(config);
     bench.zero_steps = 2000;
     bench.measure(0.0);
     bench.apply({}, 20000);  // learns where zero is
@@ -170,7 +171,7 @@ TEST_CASE("a current of more than one and a half times the limit is a fault afte
 }
 
 TEST_CASE("a bridge that reports an error is a fault as long as it does") {
-  Bench bench;
+  StageBench bench;
   CHECK(bench.stage->find_faults() == 0);
   gpio_put(bench.config.driver_fault_pin, false);
   CHECK(bench.stage->find_faults() == torsio::protocol::fault::actuator);
@@ -179,7 +180,7 @@ TEST_CASE("a bridge that reports an error is a fault as long as it does") {
 }
 
 TEST_CASE("where zero is, is learned only while the motor has no power") {
-  Bench bench;
+  StageBench bench;
   bench.measure(1.0);
   bench.apply(on(0.0F), 3000);
   // Still taken for a current: the loop works against it.
@@ -187,7 +188,7 @@ TEST_CASE("where zero is, is learned only while the motor has no power") {
 }
 
 TEST_CASE("where zero is, is learned again once the power has gone") {
-  Bench bench;
+  StageBench bench;
   bench.apply(on(0.05F), 10);
   bench.measure(0.2);  // the sensor has drifted
   bench.apply({}, 20000);
@@ -196,14 +197,14 @@ TEST_CASE("where zero is, is learned again once the power has gone") {
 }
 
 TEST_CASE("what the current loop has wound up is forgotten when the power goes") {
-  Bench bench;
+  StageBench bench;
   bench.measure(0.0);
   bench.apply(on(0.05F), 2000);
   const double wound_up = bench.motor();
   bench.apply({});
   bench.apply(on(0.05F));
   const double fresh = bench.motor();
-  Bench other;
+  StageBench other;
   other.apply(on(0.05F));
   CHECK(fresh == other.motor());
   CHECK(wound_up >= fresh);
@@ -217,7 +218,7 @@ TEST_CASE("the supply is measured between two measurements of the current") {
   BoardConfig config;
   config.supply_sense_pin = 27;
   config.current_sense_pin = 28;
-  Bench bench(config, {100'000, 100'000, false});
+  StageBench bench(config, {100'000, 100'000, false});
   fake::adc.started.clear();
   const auto run = [&](int steps, double supply_v) {
     for (int i = 0; i < steps; ++i) {
@@ -241,7 +242,7 @@ TEST_CASE("the supply is measured between two measurements of the current") {
 }
 
 TEST_CASE("cutting the power needs no object and takes the pins from the PWM") {
-  Bench bench;
+  StageBench bench;
   bench.apply(on(0.05F, 0.05F));
   torsio::boards::cut_power();
   CHECK_FALSE(bench.enabled());
@@ -254,7 +255,7 @@ TEST_CASE("cutting the power needs no object and takes the pins from the PWM") {
 }
 
 TEST_CASE("two power stages have parts of their own, start together and go off together") {
-  Bench first;
+  StageBench first;
   BoardConfig config;
   config.motor_pin = 14;
   config.brake_pin = 18;
@@ -290,7 +291,7 @@ TEST_CASE("a board that predicts has the same signs, limits and memory") {
       BoardConfig config;
       config.motor_reversed = reversed ? Toggle::on : Toggle::off;
       config.motor_current_max_a = 1.0F;
-      Bench bench(config, fast);
+      StageBench bench(config, fast);
       bench.apply(on(static_cast<float>(sign) * 0.005F));
       const double first = bench.motor();
       CHECK(first * sign * (reversed ? -1.0 : 1.0) > 0.0);
@@ -299,12 +300,12 @@ TEST_CASE("a board that predicts has the same signs, limits and memory") {
       bench.apply(on(static_cast<float>(sign) * 0.005F));
       CHECK(bench.motor() == first);
       // A current that flows already is not taken for one that was not expected.
-      Bench flowing(config, fast);
+      StageBench flowing(config, fast);
       flowing.measure((reversed ? -0.2 : 0.2) * sign);
       flowing.apply(on(static_cast<float>(sign) * 0.01F));
       CHECK(flowing.motor() * sign * (reversed ? -1.0 : 1.0) > 0.0);
       // A winding that stays at its limit gets what its resistance takes, 2.5 V of 12.
-      Bench limited(config, fast);
+      StageBench limited(config, fast);
       limited.measure((reversed ? -1.0 : 1.0) * sign);
       limited.apply(on(static_cast<float>(sign) * 100.0F));
       limited.stage->begin();
@@ -317,7 +318,7 @@ TEST_CASE("a board that predicts has the same signs, limits and memory") {
 }
 
 TEST_CASE("between two ticks the current loop goes on with what the last one wanted") {
-  Bench bench(BoardConfig{}, {25'000, 25'000, true});
+  StageBench bench(BoardConfig{}, {25'000, 25'000, true});
   bench.apply(on(0.02F));
   const double first = bench.motor();
   bench.measure(0.6);
@@ -335,7 +336,7 @@ TEST_CASE("a coil whose inductance is known is driven both ways, within its curr
   BoardConfig config;
   config.brake_inductance_h = 2.4F;
   config.brake_current_max_a = 0.1F;
-  Bench bench(config);
+  StageBench bench(config);
   bench.apply(on(0.0F, 100.0F));
   CHECK(bench.brake() > 0.1 * 40 / 12);  // on its way there
   bench.apply(on(0.0F, 100.0F), 40'000);
@@ -343,7 +344,7 @@ TEST_CASE("a coil whose inductance is known is driven both ways, within its curr
   bench.apply(on(0.0F, 0.0F));
   CHECK(bench.brake() < 0.1 * 40 / 12);
   config.brake_inductance_h = 24.0F;  // slower than it shall be
-  Bench slow(config);
+  StageBench slow(config);
   slow.apply(on(0.0F, 100.0F), 40'000);
   slow.apply(on(0.0F, 0.0F));
   CHECK(slow.brake() < 0.0);
@@ -354,7 +355,7 @@ TEST_CASE("a coil whose inductance is known is driven both ways, within its curr
 TEST_CASE("what a coil still has when the power comes back is not forgotten") {
   BoardConfig config;
   config.brake_inductance_h = 2.4F;
-  Bench bench(config);
+  StageBench bench(config);
   const auto again = [&](int ticks_off) {
     bench.apply(on(0.0F, 0.1F), 10'000);
     bench.apply({}, ticks_off);

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-Knob open_emulated(bool is_paced) {
+Knob open_one(bool is_paced) {
   EmulatorOptions emulator;
   emulator.paced = is_paced;
   return Knob::open("emulated", {.emulator = emulator});
@@ -102,7 +102,7 @@ TEST_CASE("races: a knob that is closed, pulled or let go by a callback under ev
          {Ends::closed, Ends::unplugged, Ends::closed_twice, Ends::closed_by_its_callback}) {
       CAPTURE(is_paced);
       CAPTURE(static_cast<int>(how));
-      Knob knob = open_emulated(is_paced);
+      Knob knob = open_one(is_paced);
       std::atomic<bool> may_close = false;
       std::atomic<int> told = 0;
       knob.on_event([&](const Event&) {
@@ -130,7 +130,7 @@ TEST_CASE("races: a knob that is closed, pulled or let go by a callback under ev
 TEST_CASE("races: callbacks of events that are replaced while they run and use their knob") {
   for (const bool is_paced : {true, false}) {
     CAPTURE(is_paced);
-    Knob knob = open_emulated(is_paced);
+    Knob knob = open_one(is_paced);
     std::atomic<int> told = 0;
     Users users;
     users.add([&] {

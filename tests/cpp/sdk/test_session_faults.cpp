@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-OpenOptions paced() {
+OpenOptions paced_device() {
   OpenOptions options{.emulator = EmulatorOptions{}};
   options.emulator->paced = true;
   return options;
@@ -53,7 +53,7 @@ void open_with(Change change) {
 TEST_CASE("recordings of several threads are all whole, whoever starts and stops telemetry") {
   for (const bool is_paced : {true, false}) {
     CAPTURE(is_paced);
-    OpenOptions options = paced();
+    OpenOptions options = paced_device();
     options.emulator->paced = is_paced;
     Knob knob = Knob::open("emulated", options);
     std::atomic<bool> go_on = true;
@@ -90,7 +90,7 @@ TEST_CASE("telemetry runs after a recording only if somebody has started it") {
 
 TEST_CASE("an interrupted recording keeps its samples and stops telemetry") {
   int left = 3;
-  OpenOptions options = paced();
+  OpenOptions options = paced_device();
   options.interrupted = [&] { return --left < 0; };
   Knob knob = Knob::open("emulated", options);
   left = 10;
@@ -112,7 +112,7 @@ TEST_CASE("an interrupted recording keeps its samples and stops telemetry") {
 
 TEST_CASE("a recording whose user throws keeps its samples where they are put") {
   int left = 100;
-  OpenOptions options = paced();
+  OpenOptions options = paced_device();
   options.interrupted = [&]() -> bool {
     if (--left < 0) throw std::runtime_error("the user's own");
     return false;
@@ -128,7 +128,7 @@ TEST_CASE("a recording whose user throws keeps its samples where they are put") 
 TEST_CASE("an unplugged or closed recording gives what came until then") {
   for (const bool pulled : {true, false}) {
     CAPTURE(pulled);
-    Knob knob = Knob::open("emulated", paced());
+    Knob knob = Knob::open("emulated", paced_device());
     std::thread ender([&] {
       while (knob.statistics().samples_received < 200) std::this_thread::yield();
       pulled ? knob.emulator().unplug() : knob.close();
@@ -149,7 +149,7 @@ TEST_CASE("an unplugged or closed recording gives what came until then") {
 
 #ifndef _WIN32  // which does not fork
 TEST_CASE("a forked child can neither use nor keep its parent's knob") {
-  Knob knob = Knob::open("emulated", paced());
+  Knob knob = Knob::open("emulated", paced_device());
   knob.arm();
   const pid_t child = fork();
   REQUIRE(child >= 0);

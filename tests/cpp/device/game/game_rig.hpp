@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <numbers>
 #include <vector>
 
 #include "device/rig.hpp"
@@ -17,6 +18,7 @@ constexpr std::uint8_t kConstant = 1, kRamp = 2, kSquare = 3, kSine = 4, kTriang
 constexpr std::uint16_t kEast = 8192;   // a quarter of 32767: from the right
 constexpr std::uint16_t kWest = 24575;  // from the left: pushes to larger angles
 constexpr std::uint16_t kWithoutEnd = 0xFFFF;
+constexpr double kCountRad = 2 * std::numbers::pi / 8192;
 
 /// Bytes and 16-bit numbers in little-endian order.
 struct Bytes {

@@ -12,7 +12,6 @@ using doctest::Approx;
 namespace {
 
 constexpr double kFull = 0.08;
-constexpr double kPi = std::numbers::pi;
 // Levels are whole numbers of 1/32767, and so are directions.
 constexpr double kStep = 2 * kFull / 32767;
 
@@ -22,7 +21,7 @@ double wave(int type, double phase) {
     case kSquare:
       return phase < 0.5 ? 1 : -1;
     case kSine:
-      return std::sin(2 * kPi * phase);
+      return std::sin(2 * std::numbers::pi * phase);
     case kTriangle:
       return phase < 0.25 ? 4 * phase : phase < 0.75 ? 2 - 4 * phase : 4 * phase - 4;
     case kSawUp:
@@ -322,7 +321,7 @@ TEST_CASE("a spring answers to offset, dead band, each side's coefficient and sa
       rig.tick();
     }
     rig.tick(2);
-    const double angle = counts * 2 * kPi / 8192;
+    const double angle = counts * 2 * std::numbers::pi / 8192;
     const double beyond = angle - 0.2;
     double expected = 0;
     if (beyond > 0.1) expected = -std::min(beyond - 0.1, 0.3) * kFull;
@@ -343,7 +342,7 @@ TEST_CASE("a negative spring pushes away") {
   options.negative = -32767;
   rig.play_condition(kSpring, options);
   rig.turn(10, 65);
-  CHECK(rig.outputs.motor_command_nm == about(kFull * 650 * 2 * kPi / 8192));
+  CHECK(rig.outputs.motor_command_nm == about(kFull * 650 * 2 * std::numbers::pi / 8192));
 }
 
 TEST_CASE("a damper resists in proportion to speed, and a negative one does nothing") {
@@ -355,7 +354,7 @@ TEST_CASE("a damper resists in proportion to speed, and a negative one does noth
     options.negative = coefficient;
     rig.play_condition(kDamper, options);
     rig.turn(13, 300);
-    const double speed = 13 * 2 * kPi / 8192 / 1e-3;
+    const double speed = 13 * 2 * std::numbers::pi / 8192 / 1e-3;
     if (coefficient > 0) {
       CHECK(rig.outputs.motor_command_nm == about(-kFull * speed / 40));
     } else {
@@ -376,7 +375,7 @@ TEST_CASE("an inertia resists in proportion to acceleration") {
     rig.tick();
     if (i >= 200) mean += static_cast<double>(rig.outputs.motor_command_nm) / 200;
   }
-  const double acceleration = 0.25 * 2 * kPi / 8192 / 1e-6;
+  const double acceleration = 0.25 * 2 * std::numbers::pi / 8192 / 1e-6;
   CHECK(mean == about(-kFull * acceleration / 1e4, 0.01));
 }
 

@@ -2,6 +2,7 @@
 // taking the actuator: nothing moves, and a spring comes up gently.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "device/game/game_rig.hpp"
 
@@ -12,7 +13,6 @@ using doctest::Approx;
 namespace {
 
 constexpr int kTicksPerMs = 10;
-constexpr double kPi = 3.14159265358979;
 
 /// What an update is made of: a report each, in a frame of the bus each.
 enum class Part : std::uint8_t { level, effect, envelope, start };
@@ -70,7 +70,7 @@ struct Frames : GameRig {
   long at_ = 0;
 };
 
-double wave(double time_s) { return 0.5 * std::sin(2 * kPi * 1.5 * time_s); }
+double wave(double time_s) { return 0.5 * std::sin(2 * std::numbers::pi * 1.5 * time_s); }
 
 struct Ripple {
   double step = 0;   // largest change in a tick
@@ -108,7 +108,7 @@ TEST_CASE(
     // A line from the last value to this one reaches it at the frame's end: a whole frame after the
     // game meant it, where a held value is half a frame late in the mean.
     const Ripple joined = play_wave(frame_ms, true, frame_ms);
-    const double slope_per_s = 0.5 * 2 * kPi * 1.5;
+    const double slope_per_s = 0.5 * 2 * std::numbers::pi * 1.5;
     CHECK(held.step == Approx(slope_per_s * 1e-3 * frame_ms).scale(0).epsilon(0.4));
     CHECK(joined.step < 0.1 * held.step);
     // A chord's distance from its arc, and what a frame is longer or shorter for the bus.
@@ -201,7 +201,7 @@ TEST_CASE("a change of several reports counts as one frame, and a start of what 
       const double level_ms = static_cast<double>(std::ranges::find(parts, level) - parts.begin());
       const Ripple held = play_wave(frame_ms, false, 0, parts);
       const Ripple joined = play_wave(frame_ms, true, frame_ms + level_ms, parts);
-      const double slope_per_s = 0.5 * 2 * kPi * 1.5;
+      const double slope_per_s = 0.5 * 2 * std::numbers::pi * 1.5;
       CHECK(joined.step < 0.15 * held.step);
       CHECK(joined.error < 0.003 + slope_per_s * 1.1e-3);
     }
@@ -334,7 +334,7 @@ TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and
   CHECK(rig.outputs.motor_command_nm == 0.0F);
   const int block = rig.play_constant(1000);
   rig.tick(600);  // the walls come up in 50 ms
-  const double beyond = 750 * 2 * kPi / 8192 - kPi / 6;
+  const double beyond = 750 * 2 * std::numbers::pi / 8192 - std::numbers::pi / 6;
   const double pushed = 0.08 * 1000 / 32767;
   CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
         Approx(pushed - beyond).scale(1).epsilon(1e-5));

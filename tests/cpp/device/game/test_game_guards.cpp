@@ -86,7 +86,6 @@ TEST_CASE("a game that is cut off while it blends does not sound in the SDK's sc
 }
 
 TEST_CASE("springs count by their stiffer side, and whichever way they push") {
-  constexpr double kCountRad = 2 * std::numbers::pi / 8192;
   struct Sides {
     int positive, negative;
   };
@@ -132,8 +131,6 @@ TEST_CASE("friction holds its saturation, each side its own") {
 TEST_CASE("friction's bristle is no stiffer than the encoder allows either") {
   // docs/reference/games.md: J (4 f / (pi T tau))^2 at a torque T, and 2 f / d as for a spring. At
   // 20 kHz the second is the lower one.
-  constexpr double kPi = std::numbers::pi;
-  constexpr double kCountRad = 2 * kPi / 8192;
   constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kMotorLagS = 44e-6;
   for (const double period_s : {1e-3, 5e-5}) {
     for (const int coefficient : {20'000, 32'767}) {
@@ -145,7 +142,8 @@ TEST_CASE("friction's bristle is no stiffer than the encoder allows either") {
       rig.turn(1, 1);
       const double torque = 0.08 * coefficient / 32767;
       const double delay_s = 1.5 * period_s + kMotorLagS;
-      const double stable = kInertiaKgM2 * std::pow(4 * kCoulombNm / (kPi * torque * delay_s), 2);
+      const double stable =
+          kInertiaKgM2 * std::pow(4 * kCoulombNm / (std::numbers::pi * torque * delay_s), 2);
       const double most = std::min(stable, 2 * kCoulombNm / kCountRad);
       CHECK(rig.outputs.motor_command_nm == about(-most * kCountRad));
     }

@@ -18,7 +18,7 @@ double share(const GameRig& rig) {
   return static_cast<double>(rig.outputs.motor_command_nm) / static_cast<double>(GameRig::kFullNm);
 }
 
-constexpr double kStep = 2.0 / 32767;
+constexpr double kShareStep = 2.0 / 32767;
 
 }  // namespace
 
@@ -36,7 +36,7 @@ TEST_CASE(
   }
   rig.constant(block, 100);
   rig.tick(3);
-  CHECK(share(rig) == Approx(100.0 / 32767).scale(1).epsilon(kStep));
+  CHECK(share(rig) == Approx(100.0 / 32767).scale(1).epsilon(kShareStep));
 }
 
 TEST_CASE("habit: a wave is uploaded and played in each frame") {
@@ -94,10 +94,10 @@ TEST_CASE("habit: a ramp with equal ends is a constant force, with an end or wit
     rig.ramp(block, -9000, -9000);
     rig.start(block);
     rig.tick(300);
-    CHECK(share(rig) == Approx(-9000 / 32767.0).scale(1).epsilon(kStep));
+    CHECK(share(rig) == Approx(-9000 / 32767.0).scale(1).epsilon(kShareStep));
     rig.ramp(block, 9000, 9000);
     rig.tick(45);
-    CHECK(share(rig) == Approx(9000 / 32767.0).scale(1).epsilon(kStep));
+    CHECK(share(rig) == Approx(9000 / 32767.0).scale(1).epsilon(kShareStep));
   }
 }
 

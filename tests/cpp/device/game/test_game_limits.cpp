@@ -11,8 +11,6 @@ using namespace torsio::test;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kCountRad = 2 * kPi / 8192;
 // ActuatorConfig, ControlConfig
 constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kViscous = 2.6e-5, kMotorLagS = 44e-6;
 constexpr double kBandwidthHz = 100;
@@ -46,7 +44,8 @@ TEST_CASE("all springs together are as stiff as the loop's delay and the encoder
     rig.tick(static_cast<int>(std::lround(0.06 / period_s)));  // a spring comes up gently
     rig.turn(1, 3);
     // k tau = b + 4 f sqrt(k J) / (pi T), solved for sqrt(k).
-    const double half = 2 * kCoulombNm * std::sqrt(kInertiaKgM2) / (kPi * GameRig::kFullNm);
+    const double half =
+        2 * kCoulombNm * std::sqrt(kInertiaKgM2) / (std::numbers::pi * GameRig::kFullNm);
     const double root = half + std::sqrt(half * half + kViscous * delay_s(period_s));
     const double stable = std::pow(root / delay_s(period_s), 2);
     const double most = std::min(stable, 2 * kCoulombNm / kCountRad);
@@ -58,9 +57,9 @@ TEST_CASE("all dampers together are half as strong as their filter's delay allow
   for (const auto& [period_s, own] : {std::pair{1e-3, false}, {1e-4, false}, {1e-3, true}}) {
     Strongest rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)), kDamper, own);
     rig.turn(1, static_cast<int>(0.1 / period_s));
-    const double theta = 2 / (2 * kPi * kBandwidthHz) + delay_s(period_s);
+    const double theta = 2 / (2 * std::numbers::pi * kBandwidthHz) + delay_s(period_s);
     const double speed = kCountRad / period_s;
-    const double torque = 0.5 * kPi * kInertiaKgM2 / (2 * theta) * speed;
+    const double torque = 0.5 * std::numbers::pi * kInertiaKgM2 / (2 * theta) * speed;
     CHECK(rig.torque_nm() == about(-std::min<double>(torque, GameRig::kFullNm), 0.01));
   }
 }
@@ -90,7 +89,7 @@ TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
     rig.turn(1, 2);
     const double torque = frictions * static_cast<double>(GameRig::kFullNm);
     const double stable =
-        kInertiaKgM2 * std::pow(4 * kCoulombNm / (kPi * torque * delay_s(1e-3)), 2);
+        kInertiaKgM2 * std::pow(4 * kCoulombNm / (std::numbers::pi * torque * delay_s(1e-3)), 2);
     CHECK(rig.outputs.motor_command_nm == about(-stable * 2 * kCountRad));
   }
 }

@@ -13,10 +13,9 @@ using protocol::Owner;
 
 namespace {
 
-constexpr double kCountRad = 2 * std::numbers::pi / 8192;
 // The limits of stability do not reach there at 10 kHz.
-constexpr std::uint32_t kPeriodNs = 100'000;
-constexpr double kSpeedRadS = kCountRad * 1e4;  // a count in each tick
+constexpr std::uint32_t kFeelPeriodNs = 100'000;
+constexpr double kFeelSpeedRadS = kCountRad * 1e4;  // a count in each tick
 
 int axis(GameRig& rig) {
   std::array<std::uint8_t, 64> report{};
@@ -27,7 +26,7 @@ int axis(GameRig& rig) {
 }  // namespace
 
 TEST_CASE("own damper and friction are felt without a game, while the knob is turned") {
-  GameRig rig(kPeriodNs);
+  GameRig rig(kFeelPeriodNs);
   rig.configure([](protocol::GameConfig& config) {
     config.own_damper_percent = 50;
     config.own_friction_percent = 20;
@@ -37,7 +36,7 @@ TEST_CASE("own damper and friction are felt without a game, while the knob is tu
   for (const int way : {1, -1}) {
     rig.turn(way, 3000);  // past the soft start
     CHECK(rig.owner() == Owner::game);
-    const double nm = -way * (0.5 * kSpeedRadS / 20 + 0.2) * GameRig::kFullNm;
+    const double nm = -way * (0.5 * kFeelSpeedRadS / 20 + 0.2) * GameRig::kFullNm;
     CHECK(rig.outputs.motor_command_nm == about(nm, 0.02));
   }
   // A second after the last turn, and after the second that a game may pause.
@@ -49,7 +48,7 @@ TEST_CASE("own damper and friction are felt without a game, while the knob is tu
 }
 
 TEST_CASE("own feel comes up along a line, takes nothing from the SDK and needs a host") {
-  GameRig rig(kPeriodNs);
+  GameRig rig(kFeelPeriodNs);
   rig.configure([](protocol::GameConfig& config) { config.own_friction_percent = 100; });
   float last = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -93,7 +92,7 @@ TEST_CASE("zeroing the knob is no turn") {
 }
 
 TEST_CASE("own spring centres while no game plays, for as long as it is stronger than friction") {
-  GameRig rig(kPeriodNs);
+  GameRig rig(kFeelPeriodNs);
   rig.configure([](protocol::GameConfig& config) {
     config.own_spring_percent = 40;
     config.spring_gain = 4;
@@ -118,11 +117,11 @@ TEST_CASE("own spring centres while no game plays, for as long as it is stronger
 }
 
 TEST_CASE("own damper is felt under a game, whose gain and pause leave it") {
-  GameRig rig(kPeriodNs);
+  GameRig rig(kFeelPeriodNs);
   rig.configure([](protocol::GameConfig& config) { config.own_damper_percent = 50; });
   (void)rig.play_constant(16384);
   rig.turn(1, 3000);
-  const double damper_nm = -0.5 * kSpeedRadS / 20 * GameRig::kFullNm;
+  const double damper_nm = -0.5 * kFeelSpeedRadS / 20 * GameRig::kFullNm;
   CHECK(rig.outputs.motor_command_nm == about(0.5 * GameRig::kFullNm + damper_nm, 0.02));
   rig.gain(0);
   rig.turn(1, 1000);
@@ -136,7 +135,7 @@ TEST_CASE("own damper is felt under a game, whose gain and pause leave it") {
 TEST_CASE("each kind of effect has a gain of the player's, and the cap may be a share") {
   using Change = void (*)(protocol::GameConfig&);
   const auto felt = [](int type, Change change) {
-    GameRig rig(kPeriodNs);
+    GameRig rig(kFeelPeriodNs);
     rig.configure(change);
     if (type == kConstant) {
       (void)rig.play_constant(16384);
@@ -171,7 +170,7 @@ TEST_CASE("each kind of effect has a gain of the player's, and the cap may be a 
 
 TEST_CASE("reversed, the axis and every force go the other way, and a spring still centres") {
   const auto felt = [](bool is_reversed, int type, int counts) {
-    GameRig rig(kPeriodNs);
+    GameRig rig(kFeelPeriodNs);
     rig.configure([is_reversed](protocol::GameConfig& config) {
       config.spring_gain = 1;
       config.reversed = is_reversed ? protocol::Toggle::on : protocol::Toggle::off;
