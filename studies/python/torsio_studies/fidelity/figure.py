@@ -33,6 +33,7 @@ SERIES: Final = (
     ("regularised", "smoothed friction (RK4)", GREY, "v"),
     ("mujoco", "MuJoCo, best settings found", ORANGE, "D"),
     ("mujoco_default", "MuJoCo, defaults", BLACK, "x"),
+    ("scipy", "SciPy, best settings found", TEXT, "*"),
 )
 
 
@@ -108,9 +109,9 @@ def _shown(error: float | None) -> float:
 
 
 def _front(rows: Rows, method: str) -> Rows:
-    """Of MuJoCo's many settings, those that nothing beats in both ways."""
+    """Of many settings, those that nothing beats in both ways."""
     own = [row for row in rows if row["method"] == method]
-    if method != "mujoco":
+    if method not in ("mujoco", "scipy"):
         return own
     own.sort(key=lambda row: -float(row["realtime_factor"]))
     best = math.inf

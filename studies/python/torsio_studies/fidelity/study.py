@@ -13,7 +13,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ from torsio_studies.common import Results, Study
 from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.figure import draw
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation, mujoco_version
-from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
+from torsio_studies.fidelity.truth import PLANT, Method, hand_torque, simulate_truth
 from torsio_studies.steppers import METHODS, make_plant
 
 Array = npt.NDArray[np.float64]
@@ -38,6 +38,8 @@ TARGET_ERROR: Final = 1e-3
 STEPS_US: Final = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 MUJOCO_STEPS_US: Final = (1, 2, 4, 5, 8, 10, 20, 25, 40, 50, 100, 125, 200, 250, 500, 1000)
 QUICK_STEPS_US: Final = (100, 200, 500, 1000)
+SCIPY: Final = tuple(itertools.product(get_args(Method), (1e-4, 1e-6, 1e-8)))
+"""Methods of `scipy.integrate.solve_ivp`, with their relative tolerances."""
 ROUNDS: Final = 5
 """How often what is compared in the summary is timed, in turns."""
 
@@ -134,7 +136,7 @@ def _best_time(scenario: Scenario, plant: Plant, first_s: float) -> float:
 
 
 def _row(
-    scenario: Scenario, method: str, step_s: float, angles: Array, cpu_s: float, **more: Any
+    scenario: Scenario, method: str, step_s: float | None, angles: Array, cpu_s: float, **more: Any
 ) -> dict[str, Any]:
     error, error_rms = scenario.errors(angles)
     return {
@@ -154,6 +156,24 @@ def _own_rows(scenario: Scenario, steps_us: tuple[int, ...]) -> Iterator[dict[st
         angles, cpu_s = _plant_run(plant, scenario)
         cpu_s = _best_time(scenario, plant, cpu_s)
         yield _row(scenario, method, step_us / 1e6, angles, cpu_s)
+
+
+def _scipy_rows(scenario: Scenario) -> Iterator[dict[str, Any]]:
+    """SciPy chooses its own steps, and stops where friction catches or lets go."""
+    for method, rtol in SCIPY:
+        begin = time.thread_time()
+        truth = simulate_truth(
+            PLANT,
+            hand_torque(scenario.hand),
+            scenario.motor_nm,
+            scenario.brake_nm,
+            period_s=PERIOD_S,
+            method=method,
+            rtol=rtol,
+        )
+        angles = np.column_stack([truth.angle_rad, truth.brake_angle_rad])
+        cpu_s = time.thread_time() - begin
+        yield _row(scenario, "scipy", None, angles, cpu_s, settings=f"{method}, {rtol:g}")
 
 
 def _candidates(quick: bool) -> list[Settings]:
@@ -285,6 +305,7 @@ def run(study: Study) -> Results:
         scenarios.append(scenario)
         label = f"scenario {number}: own methods"
         rows += study.track(_own_rows(scenario, steps_us), label, len(METHODS) * len(steps_us))
+        rows += study.track(_scipy_rows(scenario), f"scenario {number}: SciPy", len(SCIPY))
         mujoco = _MuJoCo(scenario)
         rows += mujoco.rows(study, mujoco_steps_us)
         summaries.append(_summary(scenario, rows, mujoco))

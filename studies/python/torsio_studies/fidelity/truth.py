@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Final, cast
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +24,8 @@ Array = npt.NDArray[np.float64]
 PLANT: Final = PlantParams()
 """The plant of the study."""
 
-RTOL = 1e-11
-ATOL = 1e-14
+RTOL: Final = 1e-11
+Method = Literal["RK45", "DOP853", "LSODA"]
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,8 @@ class Truth:
 class _Run:
     plant: PlantParams
     hand: HandTorque
+    method: Method
+    rtol: float
     t: float = 0.0
     #: angle A, angle B, speed A, speed B
     y: Array = field(default_factory=lambda: np.zeros(4))
@@ -168,9 +170,9 @@ class _Run:
                 rates,
                 (self.t, until),
                 self.y,
-                method="DOP853",
-                rtol=RTOL,
-                atol=ATOL,
+                method=self.method,
+                rtol=self.rtol,
+                atol=1e-3 * self.rtol,
                 first_step=min(2e-5, until - self.t),
                 events=[room(0), room(1)],
             )
@@ -198,18 +200,22 @@ def simulate_truth(
     brake_nm: Array,
     *,
     period_s: float,
+    method: Method = "DOP853",
+    rtol: float = RTOL,
     on_progress: Callable[[int], None] = lambda _: None,
 ) -> Truth:
     """Simulate from rest at angle 0 under commands that are held for a period each.
 
     Parameters
     ----------
+    method, rtol
+        Of `scipy.integrate.solve_ivp`; the absolute tolerance is a thousandth of the relative one.
     motor_nm, brake_nm
         Commands of shape (n,), within the limits of the actuators.
     on_progress
         Called now and then with the number of periods that are done.
     """
-    run = _Run(plant, hand)
+    run = _Run(plant, hand, method, rtol)
     angles = np.empty((len(motor_nm), 2))
     for i, (motor, brake) in enumerate(zip(motor_nm, brake_nm, strict=True)):
         run.advance((i + 1) * period_s, float(motor), float(brake))
