@@ -201,11 +201,14 @@ def test_profile_keeps_a_players_settings_by_name(
     assert loaded.exit_code == 0, loaded.output
     with torsio.open(device[1]) as knob:
         assert knob.game_config() == torsio.GameConfig(range_deg=270, own_damper_percent=30)
+    file = tmp_path / "torsio/games/rally.json"
+    file.write_text(file.read_text(), encoding="utf-16")  # as PowerShell's redirection has it
+    assert run("profile", "load", "rally").exit_code == 0
     for name, words in (("drift", "there are: rally"), ("../rally", "use letters")):
         refused = run("profile", "load", name)
         assert refused.exit_code != 0
         assert words in refused.output + str(refused.stderr_bytes)
-    (tmp_path / "torsio/games/rally.json").write_text('{"game_config": {"range_deg": 1}}')
+    file.write_text('{"game_config": {"range_deg": 1}}')
     assert run("profile", "load", "rally").exit_code != 0
     with torsio.open(device[1]) as knob:
         assert knob.game_config() == torsio.GameConfig(range_deg=270, own_damper_percent=30)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from torsio.calibration.proposal import Calibration
-from torsio.common.whole_file import content, keep_text, user_folder
+from torsio.common.whole_file import keep_text, text_of, user_folder
 from torsio.errors import Error
 
 __all__ = ["Drift", "drifts", "keep", "kept", "place_of"]
@@ -32,7 +32,7 @@ def kept(serial: str) -> dict[str, Any] | None:
     """Give what was kept for a knob, as `Calibration.as_dict` has it; None if nothing was."""
     path = place_of(serial)
     try:
-        found = json.loads(content(path).decode())
+        found = json.loads(text_of(path))
         if not isinstance(found["quantities"], dict) or not isinstance(found["conditions"], dict):
             raise ValueError
     except FileNotFoundError:

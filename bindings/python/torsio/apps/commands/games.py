@@ -25,7 +25,7 @@ from torsio.apps.commands.shared import (
     value_text,
 )
 from torsio.common.screen import err, out
-from torsio.common.whole_file import content, keep_text, user_folder
+from torsio.common.whole_file import keep_text, text_of, user_folder
 from torsio.errors import InvalidArgument, Refused
 from torsio.games import GameMonitor, GameReading
 from torsio.knob import Knob
@@ -294,7 +294,7 @@ def profile_load_command(name: str, device: Device = "") -> None:
     """Set what was saved under a name, and keep it on the knob."""
     path = _profile(name)
     try:
-        text = content(path).decode(errors="replace")
+        text = text_of(path)
     except FileNotFoundError:
         names = ", ".join(sorted(file.stem for file in path.parent.glob("*.json"))) or "none yet"
         raise InvalidArgument(f"no profile {name!r}; there are: {names}") from None
