@@ -30,13 +30,6 @@ as games do that play with each update; "level envelope effect", as Wine's Direc
 `late_ms` behind the curve where it fits best, `ripple_share` the largest distance from it there and
 `rms_share` the mean, `step_share` the largest change in a tick, `overshoot_share` beyond what was
 sent, all as shares of full torque; `updates`.
-
-`what` "revival", an endless force that silence has ended, updated: `p99_ms` and `max_ms` from the
-call to the torque, `max_ticks` from the update's arrival at the device, which is a frame's
-beginning, to the first tick with torque; `lost` that never came back, `updates`.
-
-`what` "older", a constant force that is changed after an effect of each other kind was made, in
-level and direction by turns: `updates`, `lost` that were never felt.
 """
 
 from __future__ import annotations
@@ -334,88 +327,6 @@ def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
     return about | found
 
 
-def revival_line(rate_hz: int, updates: int) -> Line:
-    """Update an effect again and again that silence has ended."""
-    chance = random.Random("revival")
-    delays_ms: list[float] = []
-    ticks: list[int] = []
-    frame = round(rate_hz * FRAME_S)
-    lost = 0
-    with bench(rate_hz, silence_s=0.05) as running:
-        pad = running.pad
-        level = 10_000
-        number = pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(level)))
-        pad.play(number)
-        sent_s: list[float] = []
-        for index in range(updates):
-            time.sleep(0.1 + 1e-3 * chance.random())
-            changed = Effect(gamepad.CONSTANT, gamepad.constant(level + index + 1), number=number)
-            packed = changed.packed
-            sent_s.append(time.monotonic())
-            pad.upload_packed(packed)
-        let_pass(running.knob, 0.2)
-        time_s, _, torque = running.end()
-    for begin_s in sent_s:
-        here = slice(*np.searchsorted(time_s, (begin_s, begin_s + 0.04)))
-        back = np.flatnonzero(np.abs(torque[here]) > 0.01 * level / 32767)
-        lost += back.size == 0
-        if back.size:
-            delays_ms.append(1e3 * float(time_s[here][back[0]] - begin_s))
-            # The log begins with a frame. A row is taken as its tick begins, and so shows what the
-            # ticks before it have commanded: arrived with one, it is at the motor by the next.
-            ticks.append(int(here.start + back[0]) % frame)
-    return {
-        "what": "revival",
-        "p99_ms": round(float(np.percentile(delays_ms, 99)), 2),
-        "max_ms": round(max(delays_ms), 2),
-        "max_ticks": max(ticks),
-        "lost": lost,
-        "updates": updates,
-    }
-
-
-def older_line(rate_hz: int, updates: int) -> Line:
-    """Change an effect that is not the last one made."""
-    levels = (8_000, 16_000, 24_000)
-    # Each value by itself, without the line that leads to it for a frame.
-    with bench(rate_hz, join_updates=False) as running:
-        pad = running.pad
-        number = pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(levels[0])))
-        pad.play(number)
-        others = [Effect(gamepad.RAMP, gamepad.ramp(0, 1), 1000)]
-        others += [
-            Effect(gamepad.PERIODIC, gamepad.periodic(wave, 1, 100)) for wave in effect_forms.WAVES
-        ]
-        others += [
-            Effect(kind, gamepad.condition(1))
-            for kind in (gamepad.SPRING, gamepad.DAMPER, gamepad.INERTIA, gamepad.FRICTION)
-        ]
-        expected: list[float] = []
-        sent_s: list[float] = []
-        last = -1
-        for index in range(updates):
-            if last >= 0:
-                pad.erase(last)
-            last = pad.upload(others[index % len(others)])
-            level = levels[(index + 1) // 2 % len(levels)]
-            right = index // 2 % 2 == 0
-            direction = gamepad.RIGHT if right else gamepad.LEFT
-            changed = Effect(
-                gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction
-            )
-            time.sleep(0.01)
-            sent_s.append(time.monotonic())
-            expected.append((level if right else -level) / 32767)
-            pad.upload(changed)
-            time.sleep(0.02)
-        let_pass(running.knob, 0.2)
-        time_s, _, torque = running.end()
-    # Two reports, of level and direction, and the blend are over by then.
-    felt = torque[np.searchsorted(time_s, np.array(sent_s) + 0.015)]
-    lost = int(np.count_nonzero(np.abs(felt - expected) > 1e-3))
-    return {"what": "older", "lost": lost, "updates": updates}
-
-
 # ---------------------------------------------------------------------------------------------
 
 
@@ -440,10 +351,6 @@ def measure(arguments: argparse.Namespace) -> Iterator[Line]:
         for frames_hz in game_frames.FRAMES_HZ:
             for joined in (False, True):
                 yield about | frames_line(rate_hz, frames_hz, joined=joined)
-    if "revival" in arguments.what:
-        yield about | revival_line(rate_hz, min(arguments.updates, 100))
-    if "older" in arguments.what:
-        yield about | older_line(rate_hz, arguments.updates)
     if "flood" in arguments.what:
         yield about | flood_line(rate_hz, arguments.flood_per_s, arguments.flood_s)
 
@@ -455,7 +362,7 @@ def main() -> None:
     parser.add_argument(
         "--in-process", action="store_true", help="frames only, without a driver; in seconds"
     )
-    kinds = ("delay", "torque_error", "frames", "revival", "older", "flood")
+    kinds = ("delay", "torque_error", "frames", "flood")
     parser.add_argument("--what", nargs="+", choices=kinds, default=kinds, help="default: all")
     parser.add_argument("--rate-hz", type=int, default=10_000, help="control rate")
     parser.add_argument("--updates", type=int, default=400, help="for each delay")

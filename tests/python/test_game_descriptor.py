@@ -170,17 +170,6 @@ def test_block_index_counts_forty_blocks_from_one() -> None:
     assert {(f.minimum, f.maximum, f.bits) for f in indices} == {(1, 40, 8)}
 
 
-def test_times_are_milliseconds_of_sixteen_bits() -> None:
-    times = (0x50, 0x54, 0xA7, 0x5C, 0x5E, 0x72)
-    found = [f for f in FIELDS for u in times if PID | u in f.usages and f.kind == "Output"]
-    assert len(found) == len(times)
-    assert {(f.minimum, f.maximum, f.bits, f.exponent) for f in found} == {(0, 32767, 16, -3)}
-    angles = [f for f in FIELDS if f.logical[-1:] == (PID | 0x57,) or PID | 0x71 in f.usages]
-    assert {f.exponent for f in angles} == {-2}
-    others = [f for f in FIELDS if f not in found + angles]
-    assert {f.exponent for f in others} == {0}
-
-
 def test_logical_limits_fit_sixteen_signed_bits_and_their_field() -> None:
     for field in FIELDS:
         assert -32767 <= field.minimum < field.maximum <= 32767 or field.constant
@@ -201,13 +190,6 @@ def test_every_report_has_one_kind_and_whole_bytes() -> None:
         **{0x01: 4, 0x02: 4, 0x11: 17, 0x12: 10, 0x13: 15, 0x14: 10, 0x15: 4, 0x16: 6},
         **{0x1A: 4, 0x1B: 2, 0x1C: 2, 0x1D: 3, 0x21: 4, 0x22: 5, 0x23: 5},
     }
-
-
-def test_hid_tools_sees_the_same_reports() -> None:
-    descriptor = ReportDescriptor.from_bytes(emulator.usb_report_descriptor(1))
-    assert sorted(descriptor.input_reports) == [0x01, 0x02]
-    assert sorted(descriptor.output_reports) == [*range(0x11, 0x17), *range(0x1A, 0x1E)]
-    assert sorted(descriptor.feature_reports) == [0x21, 0x22, 0x23]
 
 
 def test_vendor_interface_has_no_game_in_it() -> None:

@@ -73,46 +73,6 @@ def owners_told(file: int) -> list[tuple[str, str]]:
             found.append(("event", _OWNERS[report[13]]))
 
 
-@pytest.mark.whole
-def test_onlooker_leaves_a_game_its_force(bus: VirtualBus, tmp_path: Path) -> None:
-    knob, log = plug(bus, tmp_path)
-    pad = Gamepad(knob)
-    pad.play(pad.upload(push(32767)))
-    let_pass(knob, 0.1)
-    for _ in range(2):
-        with torsio.open(knob.serial) as opened:
-            assert opened.health().owner == "game"
-            assert len(opened.game_effects()) == 1
-    let_pass(knob, 0.3)
-    pad.close()
-    let_pass(knob, 0.2)
-    _, _, torque = read_log(bus, log)
-    assert held(torque) == pytest.approx([0, 1, 0], abs=1e-3)
-
-
-@pytest.mark.whole
-def test_force_that_was_started_in_vain_is_there_with_its_next_update(
-    bus: VirtualBus, tmp_path: Path
-) -> None:
-    knob, log = plug(bus, tmp_path)
-    pad = Gamepad(knob)
-    with torsio.open(knob.serial) as opened:
-        opened.play(torsio.Constant(torque_nm=0.0))
-        opened.arm()
-        number = pad.upload(push(32767))
-        pad.play(number)
-        let_pass(knob, 0.2)
-        assert opened.health().owner == "sdk"
-        opened.disarm()
-    let_pass(knob, 0.2)
-    pad.upload(push(16384, number))
-    let_pass(knob, 0.3)
-    pad.close()
-    let_pass(knob, 0.2)
-    _, _, torque = read_log(bus, log)
-    assert held(torque) == pytest.approx([0, 0.5, 0], abs=1e-3)
-
-
 def test_sdk_takes_over_and_gives_back_without_a_jump(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)
