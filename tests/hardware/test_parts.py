@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from torsio_hardware import parts
+from torsio_hardware import parts, wires
 from torsio_hardware.knob import Knob, load
 
 TREE = Path(__file__).parents[2]
@@ -60,8 +60,9 @@ def test_part_that_lacks_a_rating_is_named(
 ) -> None:
     part = next(part for part in parts.load() if part.place == place)
     worse = replace(part, ratings={**part.ratings, rating: value})
-    (told,) = parts.failures([worse], knob)
+    told, *_ = parts.failures([worse], knob)
     assert told.startswith(f"{place}: ")
+    assert f"has {rating} {value}, needs" in told
 
 
 def test_parts_of_the_file_are_in_the_bill(knob: Knob) -> None:
@@ -76,9 +77,34 @@ def test_totals_are_sums_of_first_choices() -> None:
     assert 500 < low < high < 1500
 
 
-def test_harness_has_every_pin_of_the_board_once(knob: Knob) -> None:
-    drawn = re.findall(r"board GP(\d+)", parts.harness_svg(knob))
-    assert Counter(map(int, drawn)) == Counter([2, 3, 6, 7, 8, 9, 10, 11, 12, 26, 27])
+def test_harness_and_board_have_every_pin_of_the_file(knob: Knob) -> None:
+    moved = replace(knob, pins={**knob.pins, "motor_pin": 20, "supply_sense_pin": 28})
+    for of, pins in ((knob, {6, 7, 27}), (moved, {20, 21, 28})):
+        for drawn in (wires.harness_svg(of), wires.board_svg(of)):
+            found = set(map(int, re.findall(r"GP(\d+)", drawn)))
+            assert found == {2, 3, 8, 9, 10, 11, 12, 26} | pins
+
+
+def test_board_has_pins_where_a_pico_has_them_and_nothing_in_two_holes(knob: Knob) -> None:
+    # As printed on the board, beside its holes 1 to 40.
+    pins = {0: 1, 2: 4, 6: 9, 9: 12, 10: 14, 15: 20, 16: 21, 17: 22, 18: 24, 22: 29, 26: 31, 28: 34}
+    assert {gp: wires.PICO[f"board GP{gp}"] for gp in pins} == pins
+    assert len(set(wires.PICO.values())) == len(wires.PICO)
+    taken = Counter(
+        (column, row)
+        for left, top, right, bottom in wires.MODULES.values()
+        for column in range(left, right + 1)
+        for row in range(top, bottom + 1)
+    )
+    assert max(taken.values()) == 1
+    assert max(taken) < wires.HOLES
+    for begin, end, *_ in wires.wiring(knob):
+        for name in (begin, end):
+            hole = wires.place(name)
+            assert hole is None or hole in taken, name
+    # Off the board are only what turns and what is screwed to its own terminals.
+    off = {end for *ends, _, _ in wires.wiring(knob) for end in ends if not wires.place(end)}
+    assert all(re.search("OUT[12]|motor [+-]|coil|ground", end) for end in off)
 
 
 def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:

@@ -96,7 +96,7 @@ def all_command(
     except (ValueError, OSError) as error:
         raise fail(error) from None
     low, high = parts.total_eur(parts.load())
-    tell([*lacking, f"parts for {low:.0f} to {high:.0f} EUR, prices not looked up"])
+    tell([*lacking, f"parts for {low:.0f} to {high:.0f} EUR; parts.csv says what was looked up"])
     tell([f"{len(files)} files in {out}; computed and drawn, and nothing printed yet"])
 
 

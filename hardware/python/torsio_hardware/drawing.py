@@ -26,21 +26,34 @@ def _circle(radius_m: float, x: float = 0.0, y: float = 0.0, kind: str = "edge")
     )
 
 
-def dimensions(spring: Spring) -> list[tuple[str, str]]:
-    """Give what a maker measures on the printed part, and what it decides."""
+def dimensions(spring: Spring) -> list[str]:
+    """Give what a maker measures on the printed part, by the drawing's letters, and why."""
     shape = spring.flexure
     return [
-        (
-            f"wall of every arm {1e3 * shape.thickness_m:.2f} mm ± 0.05",
-            "stiffness, the third power",
-        ),
-        (f"height {1e3 * shape.width_m:.2f} mm ± 0.1", "stiffness, in proportion"),
-        (f"hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1", "where the arms begin"),
-        (f"rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1", "where the arms end"),
-        (f"rim, outside Ø {2 * RIM_MM:.1f} mm", "fits into the pulley"),
-        (f"bore Ø {2 * BORE_MM + 4:.1f} mm, ream to the sleeve", "the hub must not slip"),
-        (f"{shape.arms} arms, {shape.family}", "every second one is mirrored"),
+        f"A: wall of every arm {1e3 * shape.thickness_m:.2f} mm ± 0.05: stiffness, the third power",
+        f"B: hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1: where the arms begin",
+        f"C: rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1: where the arms end",
+        f"D: rim, outside Ø {2 * RIM_MM:.1f} mm: fits into the pulley",
+        f"E: bore Ø {2 * BORE_MM + 4:.1f} mm, ream to the sleeve: the hub must not slip",
+        f"height {1e3 * shape.width_m:.2f} mm ± 0.1: stiffness, in proportion",
+        f"{shape.arms} arms, {shape.family}: every second one is mirrored",
     ]
+
+
+def _letters(spring: Spring) -> str:
+    """Point at what is measured."""
+    shape = spring.flexure
+    middle = shape.centre_line(3)[1]
+    places = {"A": middle + 1.5e-3}
+    hub, inside = shape.hub_radius_m + 5e-4, shape.rim_radius_m - 3e-3
+    radii = (hub, inside, 1e-3 * RIM_MM + 5e-4, 1e-3 * BORE_MM)
+    for letter, radius, turn in zip("BCDE", radii, (1.6, 1.5, 0.8, 4.7), strict=True):
+        places[letter] = radius * np.array([np.cos(turn), np.sin(turn)])
+    return "".join(
+        f'<text class="letter" x="{_MIDDLE[0] + _SCALE * x:.1f}" y="{_MIDDLE[1] - _SCALE * y:.1f}">'
+        f"{letter}</text>"
+        for letter, (x, y) in places.items()
+    )
 
 
 def svg(spring: Spring) -> str:
@@ -59,7 +72,7 @@ def svg(spring: Spring) -> str:
         "Spring, print flat, 100 % of walls, one material",
         f"Material: {spring.material.name}",
     ]
-    lines += [f"{size}: {why}" for size, why in dimensions(spring)]
+    lines += dimensions(spring)
     low, high = (1 + k * 1.96 * spring.relative_uncertainty for k in (-1, 1))
     stiffness = spring.stiffness_nm_per_rad
     lines += [
@@ -77,7 +90,8 @@ def svg(spring: Spring) -> str:
     return (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 320">'
         "<style>.part{fill:#c9d6e2;stroke:#123;stroke-width:.6}.hole{fill:#fff;stroke:#123;"
-        "stroke-width:.6}.edge{fill:none;stroke:#123}text{font:12px sans-serif}</style>"
+        "stroke-width:.6}.edge{fill:none;stroke:#123}text{font:12px sans-serif}"
+        ".letter{font-weight:bold;fill:#b22}</style>"
         '<rect width="720" height="320" fill="#fff"/>'
-        f'{"".join(parts)}{rule}<text x="150" y="300">10 mm</text>{words}</svg>\n'
+        f'{"".join(parts)}{rule}{_letters(spring)}<text x="150" y="300">10 mm</text>{words}</svg>\n'
     )

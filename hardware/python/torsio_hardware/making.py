@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from build123d import Color, Compound, ExportSVG, Pos, export_step, export_stl
 
-from torsio_hardware import drawing, parts, solids
+from torsio_hardware import drawing, parts, solids, wires
 from torsio_hardware.knob import Knob
 from torsio_hardware.solids import Placed
 
@@ -24,24 +25,28 @@ STEPS = {
     7: "brake pulley and belt",
     8: "knob on the sleeve",
 }
-_VIEW = (400.0, -500.0, 350.0)
+_VIEW, _FROM_BELOW = (400.0, -500.0, 350.0), (400.0, -500.0, -250.0)
 _COARSE = 14  # pieces of an arm, in pictures
 
 
-def picture(bodies: Iterable[Any], new: Iterable[Any], file: Path) -> None:
+def picture(bodies: list[Any], new: list[Any], file: Path, view: Any = _VIEW) -> None:
     """Draw solids as lines, without what is hidden; what is new is red."""
-    bodies, new = list(bodies), list(new)
     export = ExportSVG(margin=5, line_weight=0.6)
     export.add_layer("old", line_color=Color(0.15, 0.2, 0.25), line_weight=0.6)
     export.add_layer("new", line_color=Color(0.75, 0.1, 0.1), line_weight=0.9)
     together = Compound(children=[*bodies, *new])
-    look = together.center()
-    for layer, shown in (("old", bodies), ("new", new)):
-        if shown:
-            visible, _ = Compound(children=list(shown)).project_to_viewport(
-                _VIEW, look_at=(look.X, look.Y, look.Z)
-            )
-            export.add_shape(visible, layer=layer)
+    look = tuple(together.center())
+    lines, _ = together.project_to_viewport(view, look_at=look)
+    alone = Compound(children=new).project_to_viewport(view, look_at=look)[0] if new else []
+    # A line is new if its middle lies on one of the new solids alone.
+    points = [
+        edge @ share for edge in alone for share in np.linspace(0, 1, int(edge.length) * 3 + 3)
+    ]
+    marks = np.array([(at.X, at.Y) for at in points]).reshape(-1, 2)
+    for line in lines:
+        middle = line @ 0.5
+        apart = np.hypot(*(marks - (middle.X, middle.Y)).T)
+        export.add_shape(line, layer="new" if apart.min(initial=1.0) < 0.3 else "old")
     export.write(str(file))
 
 
@@ -70,7 +75,8 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     flexure, sizes = knob.spring.flexure, diameters(knob)
     files = [_text(out / "spring.svg", drawing.svg(knob.spring))]
-    files.append(_text(out / "harness.svg", parts.harness_svg(knob)))
+    files.append(_text(out / "harness.svg", wires.harness_svg(knob)))
+    files.append(_text(out / "board.svg", wires.board_svg(knob)))
     files.append(_text(out / "settings.json", json.dumps(knob.settings(), indent=2) + "\n"))
     expected = {"steps": knob.expected(), "figures": knob.figures()}
     files.append(_text(out / "expected.json", json.dumps(expected, indent=2) + "\n"))
@@ -94,7 +100,8 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     for step in STEPS:
         file = out / f"step_{step}.svg"
         before = [part.solid for part in coarse if part.step < step]
-        picture(before, [part.solid for part in coarse if part.step == step], file)
+        new = [part.solid for part in coarse if part.step == step]
+        picture(before, new, file, _FROM_BELOW if step in (2, 3) else _VIEW)
         files.append(file)
     return files
 

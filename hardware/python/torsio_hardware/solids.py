@@ -203,13 +203,13 @@ def assembly(
         Placed("encoder", _hole(14.0, 10.0, z=under - 78.5), False, -135.0, 2),
         Placed("brake clamp", Pos(CENTRES_MM, 0, under) * _clamp(brake_mm), True, -60.0, 3, 180.0),
         Placed("brake", brake, False, -110.0, 3),
-        Placed("sleeve", _sleeve(height), True, 25.0, 4),
-        *(Placed(f"bearing {n + 1}", of, False, 45.0 + 10 * n, 5) for n, of in enumerate(bearings)),
-        Placed("drum", _drum(), True, 75.0, 5, 180.0),
-        Placed("spring", Pos(0, 0, _SPRING_Z) * spring(flexure, points), True, 105.0, 6),
-        Placed("brake pulley", Pos(CENTRES_MM, 0, 0) * _brake_pulley(6.0), True, 45.0, 7),
-        Placed("belt", bought_belt, False, 90.0, 7),
-        Placed("knob", _knob(height), True, 135.0, 8, 180.0),
+        Placed("sleeve", _sleeve(height), True, 30.0, 4),
+        *(Placed(f"bearing {n + 1}", of, False, 65.0 + 12 * n, 5) for n, of in enumerate(bearings)),
+        Placed("drum", _drum(), True, 130.0, 5, 180.0),
+        Placed("spring", Pos(0, 0, _SPRING_Z) * spring(flexure, points), True, 165.0, 6),
+        Placed("brake pulley", Pos(CENTRES_MM, 0, 0) * _brake_pulley(6.0), True, 60.0, 7),
+        Placed("belt", bought_belt, False, 100.0, 7),
+        Placed("knob", _knob(height), True, 215.0, 8, 180.0),
     ]
     for n, (x, y) in enumerate(_legs()):
         leg = _hole(_LEG_MM / 2, _LEG_HEIGHT_MM, x, y, under - _LEG_HEIGHT_MM)

@@ -1,0 +1,171 @@
+"""Every wire of a knob, and two pictures of them: the harness, and the board from above."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+from torsio_hardware.knob import Knob
+
+# Where a Pico has its pins, by what is printed beside them: 1 to 20 below, 21 to 40 above, with
+# the USB socket at the left.
+_GPIO = {
+    **{gp: gp + 1 + (gp + 2) // 4 for gp in range(16)},
+    **{gp: gp + 5 + (gp - 14) // 4 for gp in range(16, 23)},
+    **{26: 31, 27: 32, 28: 34},
+}
+PICO = {f"board GP{gp}": pin for gp, pin in _GPIO.items()} | {"board 3V3": 36, "board VBUS": 40}
+# Holes of the perfboard, 2.54 mm apart, as columns and rows; and what stands on them.
+HOLES = (35, 25)
+MODULES = {
+    "Pico": (1, 1, 20, 8),
+    "motor bridge": (8, 13, 15, 20),
+    "brake bridge": (18, 13, 25, 20),
+    "current sensor": (27, 12, 34, 20),
+    "encoder": (2, 12, 5, 14),
+    "emergency stop": (24, 7, 29, 9),
+    "divider": (26, 21, 30, 23),
+    "supply": (31, 22, 34, 24),
+}
+_TERMINALS = {
+    **{"encoder VCC": (2, 12), "encoder ground": (3, 12), "encoder A": (4, 12)},
+    **{"encoder B": (5, 12), "emergency stop": (24, 8), "divider middle": (26, 21)},
+    **{"motor bridge IN1": (9, 13), "motor bridge IN2": (10, 13), "motor bridge SLEEP": (12, 13)},
+    **{"brake bridge IN1": (19, 13), "brake bridge IN2": (20, 13), "brake bridge SLEEP": (22, 13)},
+    **{"motor bridge FAULT": (13, 13), "brake bridge FAULT": (23, 13), "motor bridge VM": (10, 20)},
+    **{"brake bridge VM": (20, 20), "supply +": (31, 24), "divider top": (29, 21)},
+    **{"current sensor OUT": (31, 12), "current sensor VCC": (33, 12)},
+}
+# Solder a resistor from each of these to ground; one holds both bridges' enable.
+PULLED_DOWN = (
+    *("motor bridge IN1", "motor bridge IN2", "brake bridge IN1", "brake bridge IN2"),
+    "motor bridge SLEEP",
+)
+_GROUND_ROW = 10.6
+_PITCH = 20  # of a picture's units
+_COLOURS = {"PWM": "#c60", "signal": "#159", "power": "#b22"}
+
+
+def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
+    """Give every wire: from, to, its kind, and what it carries; pins as configured."""
+    pin = {name: f"board GP{number}" for name, number in knob.pins.items()}
+    second = {name: f"board GP{number + 1}" for name, number in knob.pins.items()}
+    enable, fault = pin["enable_pin"], pin["driver_fault_pin"]
+    return [
+        (pin["encoder_pin"], "encoder A", "signal", "3.3 V; from 5 V by 1 and 1.8 kohm"),
+        (second["encoder_pin"], "encoder B", "signal", "3.3 V; from 5 V by 1 and 1.8 kohm"),
+        (pin["motor_pin"], "motor bridge IN1", "PWM", "4.7 kohm to ground"),
+        (second["motor_pin"], "motor bridge IN2", "PWM", "4.7 kohm to ground"),
+        (pin["brake_pin"], "brake bridge IN1", "PWM", "4.7 kohm to ground"),
+        (second["brake_pin"], "brake bridge IN2", "PWM", "4.7 kohm to ground"),
+        (enable, "motor bridge SLEEP", "signal", "enable, 4.7 kohm to ground"),
+        (enable, "brake bridge SLEEP", "signal", "enable"),
+        (fault, "motor bridge FAULT", "signal", "low on an error"),
+        (fault, "brake bridge FAULT", "signal", "low on an error"),
+        (pin["emergency_stop_pin"], "emergency stop", "signal", "to ground, opens when pressed"),
+        (pin["current_sense_pin"], "current sensor OUT", "signal", "1.65 V at no current"),
+        (pin["supply_sense_pin"], "divider middle", "signal", "supply over 11"),
+        ("board 3V3", "current sensor VCC", "power", "3.3 V, 10 mA"),
+        ("board VBUS", "encoder VCC", "power", "5 V, 20 mA"),
+        ("supply +", "motor bridge VM", "power", "12 V, 4 A, fuse; 2200 uF to ground"),
+        ("supply +", "brake bridge VM", "power", "12 V"),
+        ("supply +", "divider top", "power", "12 V"),
+        ("supply ground", "all grounds, one point", "power", "4 A"),
+        ("motor bridge OUT1", "choke, sensor, motor +", "power", "2 A"),
+        ("motor bridge OUT2", "motor -", "power", "2 A"),
+        ("brake bridge OUT1", "brake coil", "power", "0.3 A"),
+        ("brake bridge OUT2", "brake coil", "power", "0.3 A"),
+    ]
+
+
+def _svg(width: int, height: int, shapes: Iterable[str]) -> str:
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}">'
+        "<style>rect{fill:#eef3f7;stroke:#345}polyline{fill:none;stroke-width:2}circle{fill:#ccc}"
+        "text{font:12px sans-serif}.small{font-size:10px;fill:#333}</style>"
+        f'<rect width="{width}" height="{height}" style="fill:#fff;stroke:none"/>'
+        f"{''.join(shapes)}</svg>\n"
+    )
+
+
+def _line(points: Iterable[tuple[float, float]], colour: str) -> str:
+    words = " ".join(f"{x:g},{y:g}" for x, y in points)
+    return f'<polyline points="{words}" stroke="{colour}"/>'
+
+
+def harness_svg(knob: Knob) -> str:
+    """Draw the harness: a line for each wire, with what it carries."""
+    wires, shapes = wiring(knob), []
+    for n, (begin, end, kind, carries) in enumerate(wires):
+        y = 40 + 26 * n
+        shapes += [
+            f'<rect x="20" y="{y - 14}" width="140" height="20"/><text x="26" y="{y}">{begin}'
+            f"</text>{_line([(160, y - 4), (500, y - 4)], _COLOURS[kind])}"
+            f'<text class="small" x="175" y="{y - 8}">{n + 1}: {kind}, {carries}</text>'
+            f'<rect x="500" y="{y - 14}" width="180" height="20"/>'
+            f'<text x="506" y="{y}">{end}</text>'
+        ]
+    return _svg(700, 40 + 26 * len(wires), shapes)
+
+
+def place(end: str) -> tuple[int, int] | None:
+    """Return the hole in which a wire's end is soldered; None for what is not on the board."""
+    if end in PICO:
+        pin = PICO[end]
+        return (pin, 8) if pin <= 20 else (41 - pin, 1)
+    return _TERMINALS.get(end)
+
+
+def _way(begin: tuple[int, int], end: tuple[int, int], lane: int) -> list[tuple[float, float]]:
+    """Lead a wire round the modules: others are straight."""
+    if begin[1] > 1:
+        return [begin, (end[0], begin[1]), end] if begin[1] > 20 else [begin, end]
+    above, side = 0.4 - 0.4 * lane, end[0] if end[0] > 20 else -0.2
+    return [begin, (begin[0], above), (side, above), (side, end[1]), end]
+
+
+def board_svg(knob: Knob) -> str:
+    """Draw the perfboard from above: modules, resistors, and the wires between them."""
+
+    def at(column: float, row: float) -> tuple[float, float]:
+        return (column + 1) * _PITCH, (row + 2) * _PITCH
+
+    shapes = [
+        f'<circle cx="{x:g}" cy="{y:g}" r="2"/>'
+        for x, y in (at(column, row) for column in range(HOLES[0]) for row in range(HOLES[1]))
+    ]
+    for name, (left, top, right, bottom) in MODULES.items():
+        (x, y), (far, low) = at(left - 0.4, top - 0.4), at(right + 0.4, bottom + 0.4)
+        shapes += [
+            f'<rect x="{x:g}" y="{y:g}" width="{far - x:g}" height="{low - y:g}" '
+            f'style="fill-opacity:.85"/><text x="{far - 5:g}" y="{min(low - 5, y + 110):g}" '
+            f'text-anchor="end">{name}</text>'
+        ]
+    shapes += [_line([at(1, _GROUND_ROW), at(33, _GROUND_ROW)], "#000")]
+    for end in PULLED_DOWN:
+        column, row = _TERMINALS[end]
+        x, y = at(column + 0.35, _GROUND_ROW)
+        shapes += [
+            _line([(x, y), at(column + 0.35, row), at(column, row)], "#000"),
+            f'<rect x="{x - 4:g}" y="{y + 10:g}" width="8" height="22"/>',
+        ]
+    lane = 0
+    labels = defaultdict[tuple[tuple[int, int], str, str], list[str]](list)
+    for n, (begin, end, kind, _) in enumerate(wiring(knob)):
+        first, last = place(begin), place(end)
+        if first is not None and last is not None:
+            lane += first[1] == 1
+            shapes += [_line((at(*point) for point in _way(first, last, lane)), _COLOURS[kind])]
+            for hole, label in ((first, begin), (last, end)):
+                labels[hole, label.split()[-1], kind].append(str(n + 1))
+    for (hole, label, kind), numbers in labels.items():
+        x, y = at(*hole)
+        shapes += [
+            f'<circle cx="{x:g}" cy="{y:g}" r="4" style="fill:{_COLOURS[kind]}"/>'
+            f'<text class="small" transform="translate({x + 3:g} {y + 7:g}) rotate(50)">'
+            f"{label} {'+'.join(numbers)}</text>"
+        ]
+    x, y = at(0, HOLES[1])
+    words = "Black: ground; 4.7 kohm to each marked input. Numbers: wires of the harness."
+    shapes += [f'<text x="{x:g}" y="{y:g}">{words}</text>']
+    return _svg((HOLES[0] + 1) * _PITCH, (HOLES[1] + 4) * _PITCH, shapes)
