@@ -68,6 +68,11 @@ std::unique_ptr<PyTransport> open(const std::string& selector, const py::object&
   return std::make_unique<PyTransport>(open_transport(selector, options));
 }
 
+/// A switch of the world round an emulated device.
+auto in_world(void (Emulator::*turn)(bool)) {
+  return [turn](const PyTransport& self, bool on) { (self.world().*turn)(on); };
+}
+
 }  // namespace
 
 void bind_transport(py::module_& module) {
@@ -121,10 +126,18 @@ void bind_transport(py::module_& module) {
             self.world().set_hand(hand);
           },
           arg("hand"))
+      .def("set_emergency_stop", in_world(&Emulator::set_emergency_stop), arg("pressed"), Release())
+      .def("set_actuator_fault", in_world(&Emulator::set_actuator_fault), arg("present"), Release())
+      .def("freeze_encoder", in_world(&Emulator::freeze_encoder), arg("frozen"), Release())
       .def(
-          "set_emergency_stop",
-          [](const PyTransport& self, bool pressed) { self.world().set_emergency_stop(pressed); },
-          arg("pressed"), Release())
+          "set_current_sensor",
+          [](const PyTransport& self, const std::string& state) {
+            const auto& names = Names<CurrentSensorState>::values;
+            const auto* const found = std::ranges::find(names, state);
+            if (found == names.end()) throw InvalidArgument("no state of a sensor: " + state);
+            self.world().set_current_sensor(static_cast<CurrentSensorState>(found - names.begin()));
+          },
+          arg("state"), Release())
       .def("truth", [](const PyTransport& self) {
         std::vector<TruthSample> rows;
         {

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import itertools
+import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +79,17 @@ def test_spring_has_the_volume_of_its_arms() -> None:
 def test_all_files_are_made(tmp_path: Path) -> None:
     files = making.make(KNOB, tmp_path, lambda what: None)
     assert all(file.stat().st_size > 200 for file in files)
+    figures = json.loads((tmp_path / "expected.json").read_text(encoding="utf-8"))["figures"]
+    page = (Path(__file__).parents[2] / "docs/how-to/build.md").read_text(encoding="utf-8")
+    page = " ".join(page.split())
+    for name, words in (
+        ("free_drag", "drag in free air is"),
+        ("least_torque_sensed", "least torque sensed is"),
+        ("torque_gap", "way out of a wall"),
+    ):
+        told = f"{words} {1e3 * figures[f'{name}_nm']:.1f} mN m"
+        assert re.search(rf"{told}.{{0,12}} \({figures[f'{name}_jnds']:.1f} JND\)", page), told
+    assert f"up to {figures['stable_stiffness_nm_per_rad']:.0f} N m/rad are stable" in page
     names = {file.name for file in files}
     assert {"assembly.step", "spring.step", "spring.stl", "exploded.svg", "step_8.svg"} <= names
     with (tmp_path / "parts.csv").open(encoding="utf-8") as opened:

@@ -250,8 +250,11 @@ GROUPS = {
     "making": Group(
         "the knob to build: finite elements of two programs, solids, drawings, every rehearsal",
         ("tests/making",),
-        (*_BOARD_NEEDS, "hardware", "making"),
-        (*_COVERED_BY_BOARDS, "hardware", "tests/hardware"),
+        (*_BOARD_NEEDS, "hardware", "making", "page"),
+        (
+            *(*_COVERED_BY_BOARDS, "hardware", "studio", "tests/hardware", "tests/studio"),
+            "docs/how-to/build.md",
+        ),
         {BOARDS_VARIABLE: "pico2"},
         slow=True,
     ),

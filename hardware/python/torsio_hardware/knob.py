@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import torsio
-from torsio import perception, stability
+from torsio import perception
 from torsio.common.whole_file import text_of
+from torsio.demos.wall import PEAK_TORQUE_NM
 from torsio_hardware import design
 from torsio_hardware.flexure import Flexure
 
@@ -21,6 +22,8 @@ else:
     import tomli as tomllib
 
 DEFAULT = Path(__file__).parent / "knob.toml"
+RATES_HZ = {"pico2": 20_000.0, "pico": 10_000.0}
+_TRACKED = ("tracking_in", "tracking_out", "torque_gap_nm")
 _TABLES = ("supply", "motor", "brake", "knob")
 _SHAPE = ("arms", "hub_radius_m", "rim_radius_m", "thickness_m", "wrap_rad", "swing_rad", "waves")
 _KINDS: dict[str, Any] = {
@@ -126,26 +129,40 @@ class Knob:
         )
 
     def figures(self) -> dict[str, float]:
-        """Give what a wall feels like: closed forms and the stability map of the library.
+        """Give what to expect of it, of the law `compensated` at the board's rate.
 
-        Of the law `compensated` at the board's rate; the study of designs has the same measures
-        from simulation.
+        Closed forms, and the measures of the study of designs if that package is installed: the
+        softest spring that keeps swinging, the torque that is missing on the way out of a wall of
+        30 mN m/deg, and how far it is off on both ways.
         """
-        plant, rate = self.plant(), 20_000.0 if self.board == "pico2" else 10_000.0
-        actuator = plant.matching_config()
-        control = torsio.ControlConfig(law="compensated")
-        _, stiffness = stability.boundary(actuator, control, rate)
-        shaft = plant.shaft_stiffness_nm_per_rad
-        beta, motor = control.beta, plant.motor_limit_nm
-        drag = plant.knob_coulomb_nm + plant.brake_drag_nm
-        step = 2 * math.pi * shaft / plant.counts_per_rev
-        return {
-            "stable_stiffness_nm_per_rad": float(max(stiffness)),
-            "critical_torque_nm": min(motor / (1 - beta), motor + plant.brake_limit_nm),
+        plant, control = self.plant(), torsio.ControlConfig(law="compensated")
+        motor, drag = plant.motor_limit_nm, plant.knob_coulomb_nm + plant.brake_drag_nm
+        step = 2 * math.pi * plant.shaft_stiffness_nm_per_rad / plant.counts_per_rev
+        found = {
+            "critical_torque_nm": min(motor / (1 - control.beta), motor + plant.brake_limit_nm),
             "free_drag_nm": drag,
             "free_drag_jnds": perception.torque_jnds(drag),
             "least_torque_sensed_nm": step,
             "least_torque_sensed_jnds": perception.torque_jnds(step),
+        }
+        try:
+            from torsio_studies.design import devices
+        except ModuleNotFoundError:
+            return found
+        names = {field.name for field in fields(devices.Design)} - {"beta", "control_rate_hz"}
+        design = devices.Design(
+            beta=control.beta,
+            control_rate_hz=RATES_HZ[self.board],
+            **{name: getattr(plant, name) for name in names},
+        )
+        measured = devices.evaluate(design, "compensated")
+        tracked = {name: getattr(measured, name) for name in _TRACKED}
+        felt = perception.wall_jnds(peak_nm=PEAK_TORQUE_NM, **tracked)
+        return {
+            **found,
+            "stable_stiffness_nm_per_rad": measured.stable_stiffness_nm_per_rad,
+            **tracked,
+            **{f"{name}_jnds": jnds for name, jnds in felt.items()},
         }
 
     def expected(self) -> list[tuple[str, str, tuple[float, float], str]]:

@@ -15,9 +15,8 @@ from torsio.apps.doctor.facts import ClockFit, KnobFacts
 from torsio.apps.doctor.knob import check_parts, check_start, check_state
 from torsio.printed.hands import NoHand, PrescribedMotion
 from torsio_hardware.faults import Fault
-from torsio_hardware.knob import Knob
+from torsio_hardware.knob import RATES_HZ, Knob
 
-RATES_HZ = {"pico2": 20_000.0, "pico": 10_000.0}
 _SETTLE_S = 0.3  # the board learns its sensor's zero
 _CAPS: dict[str, Any] = {
     "motor_torque_cap_nm": 0.015,
@@ -86,21 +85,24 @@ class Bench:
         return self.meter.get(point, right)
 
 
+def options(knob: Knob, fault: Fault | None, seed: int | None) -> torsio.EmulatorOptions:
+    """Describe the emulated device as after `torsio config load` and a start, with a fault."""
+    plant = knob.plant(seed)
+    configs = knob.configs()
+    if fault is not None:
+        plant = fault.change(plant)
+        if fault.reversed_encoder:
+            sign = not configs["actuator"].encoder_reversed
+            configs["actuator"] = replace(configs["actuator"], encoder_reversed=sign)
+    return torsio.EmulatorOptions(
+        plant=plant, control_rate_hz=RATES_HZ[knob.board], seed=seed or 0, **configs
+    )
+
+
 @contextmanager
 def emulated(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator[Bench]:
     """Give the emulated device, of the firmware's own sources, wired with a fault or without."""
-    plant = knob.plant(seed)
-    if fault is not None:
-        plant = fault.change(plant)
-    # As after `torsio config load` and a start: pins and supply are taken when the board starts.
-    configs = knob.configs()
-    if fault is not None and fault.reversed_encoder:
-        sign = not configs["actuator"].encoder_reversed
-        configs["actuator"] = replace(configs["actuator"], encoder_reversed=sign)
-    options = torsio.EmulatorOptions(
-        plant=plant, control_rate_hz=RATES_HZ[knob.board], seed=seed or 0, **configs
-    )
-    with torsio.open("emulated", emulator=options) as device:
+    with torsio.open("emulated", emulator=options(knob, fault, seed)) as device:
         yield Bench(knob, device, device.emulator, fault, meter=dict(fault.meter) if fault else {})
 
 

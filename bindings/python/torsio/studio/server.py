@@ -12,8 +12,9 @@ import hmac
 import json
 import secrets
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import uvicorn
 from starlette.applications import Starlette
@@ -26,13 +27,14 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from torsio import _torsio
 from torsio.common.emulated import selects_emulated
 from torsio.errors import Error
+from torsio.knob import Knob
 from torsio.knob.opening import open as open_knob
 from torsio.printed.emulator_options import EmulatorOptions
 from torsio.protocol import encode
 from torsio.studio.bridge import Bridge, MessageError, World
 from torsio.studio.calibrating import calibrate_for
 
-__all__ = ["GONE", "Server", "application", "pass_on", "refusal", "serve"]
+__all__ = ["GONE", "Emulated", "Server", "application", "pass_on", "refusal", "serve"]
 
 HOST = "127.0.0.1"
 # Codes of a close that are free for programs; the reason is what the page shows.
@@ -40,9 +42,30 @@ _REFUSED, GONE = 4403, 4404
 _LONGEST_REASON = 120
 _HANDOVER_S = 2.0
 # Its page is there in real time.
-_EMULATOR = EmulatorOptions(control_rate_hz=4000.0, paced=True, log_truth=True)
+_OPTIONS = EmulatorOptions(control_rate_hz=4000.0, paced=True, log_truth=True)
+_CALIBRATED = EmulatorOptions()
 
 
+@dataclass(frozen=True)
+class Emulated:
+    """An emulated knob for pages.
+
+    Attributes
+    ----------
+    options
+        As the page has it: in real time, which needs `paced` and `log_truth`.
+    calibrated
+        As a calibration has it.
+    happen
+        Is called with the world round each: a new transport, or an `Emulator`.
+    """
+
+    options: EmulatorOptions = _OPTIONS
+    calibrated: EmulatorOptions = _CALIBRATED
+    happen: Callable[[Any], object] = lambda world: None
+
+
+_DEFAULT = Emulated()
 Serve = Callable[[WebSocket], Awaitable[None]]
 """Handles a page until it goes."""
 
@@ -50,8 +73,9 @@ Serve = Callable[[WebSocket], Awaitable[None]]
 class _Studio:
     """Lets one page at a time at the knob."""
 
-    def __init__(self, selector: str) -> None:
+    def __init__(self, selector: str, emulated: Emulated) -> None:
         self._selector = selector
+        self._emulated = emulated if selects_emulated(selector) else None
         self._busy = asyncio.Lock()
 
     async def connect(self, socket: WebSocket) -> None:
@@ -61,10 +85,15 @@ class _Studio:
     async def calibrate(self, socket: WebSocket) -> None:
         """Measure the knob for a page, which has let go of it."""
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
-            await self._alone(
-                socket, lambda page: calibrate_for(page, lambda: open_knob(self._selector))
-            )
+            await self._alone(socket, lambda page: calibrate_for(page, self._open))
             await socket.close()
+
+    def _open(self) -> Knob:
+        if self._emulated is None:
+            return open_knob(self._selector)
+        knob = open_knob(self._selector, emulator=self._emulated.calibrated)
+        self._emulated.happen(knob.emulator)
+        return knob
 
     async def _alone(self, socket: WebSocket, serve: Serve) -> None:
         try:
@@ -79,12 +108,14 @@ class _Studio:
             self._busy.release()
 
     async def _serve(self, socket: WebSocket) -> None:
-        emulator = _EMULATOR if selects_emulated(self._selector) else None
+        emulator = self._emulated.options if self._emulated else None
         try:
             transport = await asyncio.to_thread(_torsio.Transport, self._selector, emulator)
         except Error as error:
             await socket.close(GONE, str(error)[:_LONGEST_REASON])
             return
+        if self._emulated is not None:
+            self._emulated.happen(transport)
         bridge = Bridge(transport, World(transport) if emulator else None)
         title = f"{self._selector or 'knob'}, held by torsio studio"
         try:
@@ -216,7 +247,13 @@ class Server(uvicorn.Server):
             self._ready(f"http://{HOST}:{port}/?token={self._token}")
 
 
-def serve(selector: str, page: Path, port: int, ready: Callable[[str], None]) -> None:
+def serve(
+    selector: str,
+    page: Path,
+    port: int,
+    ready: Callable[[str], None],
+    emulated: Emulated = _DEFAULT,
+) -> None:
     """Serve a device until interrupted; tell `ready` the address, with its token.
 
     Raises
@@ -224,7 +261,7 @@ def serve(selector: str, page: Path, port: int, ready: Callable[[str], None]) ->
     torsio.Error
         If nobody may listen on this port.
     """
-    studio = _Studio(selector)
+    studio = _Studio(selector, emulated)
     try:
         Server({"knob": studio.connect, "calibration": studio.calibrate}, page, port, ready).run()
     except SystemExit:
