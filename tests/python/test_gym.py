@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 import runpy
+import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -19,6 +21,7 @@ from gymnasium.vector import AutoresetMode
 
 import torsio
 from tests.python.test_extras import run
+from tools.dev import environment
 from torsio.common import dial
 from torsio.gym import FindDetent, IdentifyShaft, KnobEnv, KnobVectorEnv, RenderWall, Task
 from torsio.telemetry import LOOP_DTYPE
@@ -334,3 +337,14 @@ def test_knobs_for_stable_baselines_begin_anew_in_the_step_that_ends(
     assert infos[0]["TimeLimit.truncated"]
     assert [image.shape for image in knobs.get_images()] == 3 * [(300, 240, 3)]
     assert knobs.env_is_wrapped(object, [0]) == [False]
+
+
+@pytest.mark.slow
+def test_stable_baselines_itself_learns_with_the_adapter() -> None:
+    python, example = environment.make_learning(), TREE / "examples/learning/learn_with_sb3.py"
+    told = subprocess.run(
+        [python, example, "38400"], capture_output=True, text=True, check=True
+    ).stdout
+    assert "total_timesteps    | 38400" in told
+    rewards = re.findall(r"ep_rew_mean +\| (-[\d.]+)", told)
+    assert len(rewards) == 2

@@ -70,64 +70,64 @@ def _has_recent_cmake() -> bool:
     return found is None or (int(found[1]), int(found[2])) >= (3, 25)
 
 
-def make_ros() -> None:
-    """Make an environment with ROS 2, unless it is whole.
+def _beside(name: str, what: str, needed: Path, *versions: str | Path, sees: str = "") -> Path:
+    """Make an environment ``build/NAME`` of its own, unless it is whole; return its Python.
 
-    It is one of its own: with ROS's packages, dozens of them, every Python starts twice.
-
-    Raises
-    ------
-    Failed
-        If it cannot be made.
+    Parameters
+    ----------
+    what
+        It is for.
+    needed
+        A file whose change makes it anew.
+    versions
+        For pip, which installs them.
+    sees
+        A folder of the tree whose packages it sees, and behind it those of ``.venv``.
     """
-    folder = TREE / "build/ros"
-    needed = TREE / "tests/ros/requirements.txt"
-    stamp = folder / ".installed"
+    folder = TREE / "build" / name
+    stamp, python = folder / ".installed", folder / "bin/python"
     key = f"{TREE}\n{sys.executable}\n{needed.read_text(encoding='utf-8')}"
     if stamp_is(stamp, key):
-        say("ROS 2: up to date")
-        return
-    say("ROS 2: installing into build/ros")
-    shutil.rmtree(folder, ignore_errors=True)
-    with stamped(stamp, key):
-        pip = (folder / "bin/python", "-m", "pip", "--disable-pip-version-check", "--no-input")
-        # Of some packages the newest version is there as sources alone.
-        install = ("install", "--retries", "5", "--prefer-binary", "--requirement", needed)
-        run_logged("ros", [sys.executable, "-m", "venv", folder], [*pip, *install])
-
-
-def make_hardware() -> Path:
-    """Make an environment that draws and computes elements, unless it is whole; return its Python.
-
-    It is one of its own, which sees the packages of ``.venv`` behind its own: what draws solids
-    takes half a gigabyte.
-
-    Raises
-    ------
-    Failed
-        If it cannot be made.
-    """
-    folder = TREE / "build/hardware"
-    stamp = folder / ".installed"
-    needed = TREE / "hardware/pyproject.toml"
-    key = f"{TREE}\n{sys.executable}\n{needed.read_text(encoding='utf-8')}"
-    python = folder / "bin/python"
-    if stamp_is(stamp, key):
-        say("hardware: up to date")
+        say(f"{what}: up to date")
         return python
-    say("hardware: installing what draws and computes elements into build/hardware")
+    say(f"{what}: installing into build/{name}")
     shutil.rmtree(folder, ignore_errors=True)
     with stamped(stamp, key):
         pip = (python, "-m", "pip", "--disable-pip-version-check", "--no-input", "install")
-        versions = ("build123d==0.13.0", "scikit-fem==12.0.2", "matplotlib==3.10.9")
-        run_logged("hardware", [sys.executable, "-m", "venv", folder], [*pip, *versions])
-        packages_of = running.output_of(
-            PYTHON, "-c", "import site; print(site.getsitepackages()[0])"
-        )
-        seen = running.output_of(python, "-c", "import site; print(site.getsitepackages()[0])")
-        lines = [str(TREE / "hardware/python"), packages_of.strip()]
-        (Path(seen.strip()) / "torsio.pth").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        venv: list[str | Path] = [sys.executable, "-m", "venv", folder]
+        # Of some packages the newest version is there as sources alone.
+        run_logged(name, venv, [*pip, "--retries", "5", "--prefer-binary", *versions])
+        if sees:
+            of = "import site; print(site.getsitepackages()[0])"
+            behind, own = (running.output_of(each, "-c", of).strip() for each in (PYTHON, python))
+            (Path(own) / "torsio.pth").write_text(f"{TREE / sees}\n{behind}\n", encoding="utf-8")
     return python
+
+
+def make_ros() -> Path:
+    """Make an environment with ROS 2: with its packages, dozens, every Python starts twice.
+
+    Raises
+    ------
+    Failed
+        If it cannot be made; so do the others.
+    """
+    needed = TREE / "tests/ros/requirements.txt"
+    return _beside("ros", "ROS 2", needed, "--requirement", needed)
+
+
+def make_hardware() -> Path:
+    """Make an environment that draws and computes elements: what draws takes half a gigabyte."""
+    versions = ("build123d==0.13.0", "scikit-fem==12.0.2", "matplotlib==3.10.9")
+    needed = TREE / "hardware/pyproject.toml"
+    return _beside("hardware", "hardware", needed, *versions, sees="hardware/python")
+
+
+def make_learning() -> Path:
+    """Make an environment with PyTorch for an example: it takes five gigabytes."""
+    versions = ("stable-baselines3==2.9.2", "torch==2.15.0")
+    needed = TREE / "examples/learning/learn_with_sb3.py"
+    return _beside("learning", "PyTorch", needed, *versions, sees="examples")
 
 
 @dataclass(frozen=True)
