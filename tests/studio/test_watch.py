@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -16,7 +17,7 @@ import torsio
 import torsio.studio
 from tests.python import wire
 from tests.python.game import CONSTANT, Game
-from tests.studio.browser import PAGE, opened, settled, state_is
+from tests.studio.browser import PAGE, opened, served, settled, state_is
 from torsio.studio.watching import Watch
 
 WRITE, INPUT, GET, SET, GOT, STALLED, HAVE = 0, 1, 2, 3, 4, 5, 7
@@ -166,6 +167,20 @@ def test_page_sees_what_the_program_configures(
         page.wait_for_function("Number(document.getElementById('angle_rad').value) > 0.3")
         angle = settled(page, "angle_rad", within=1e-4)
         assert angle == pytest.approx(knob.position_rad(), abs=2e-3)
+
+
+def test_notebook_shows_the_page_in_a_frame(
+    browser: Browser, knob: torsio.Knob, tmp_path: Path
+) -> None:
+    with torsio.live(knob, page=PAGE) as live:
+        # A notebook's own page comes from another port of this machine.
+        (tmp_path / "index.html").write_text(f"<p>Out[1]:</p>{live._repr_html_()}")
+        with served(tmp_path) as notebook, opened(browser, notebook) as page:
+            frame = page.frame_locator("iframe")
+            expect(frame.locator("#state[value=disarmed]")).to_be_attached()
+            expect(frame.get_by_text("driven by a program")).to_be_visible()
+            knob.arm()
+            expect(frame.locator("#state[value=armed]")).to_be_attached()
 
 
 def test_watch_that_is_closed_ends_its_pages_and_leaves_the_knob(knob: torsio.Knob) -> None:

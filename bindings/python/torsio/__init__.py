@@ -99,6 +99,7 @@ from torsio.printed.told import (
 )
 from torsio.recordings.loading import Recorded, RecordingFile, load
 from torsio.recordings.replaying import Replayed, replay
+from torsio.studio import watch as live
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 from torsio.trading import Trade, trade
 
@@ -184,6 +185,7 @@ __all__ = [
     "dump_config",
     "emulator",
     "list_devices",
+    "live",
     "load",
     "load_config",
     "open",

@@ -38,7 +38,8 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
     Returns
     -------
     Watch
-        Its ``address`` is to be opened in a browser; ``close()`` it, or use ``with``.
+        Its ``address`` is to be opened in a browser; ``close()`` it, or use ``with``. A notebook of
+        this machine shows the page.
 
     Raises
     ------

@@ -105,6 +105,9 @@ class Watch:
         title = f"{self._knob.info.path}, driven by a program"
         await pass_on(_Onlooker(self._knob._knob), socket, title=title, read_only=True)
 
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{self.address}" width="100%" height="720"></iframe>'
+
     def close(self) -> None:
         """End it; pages say that the connection is gone."""
         self._server.should_exit = True
