@@ -203,7 +203,7 @@ export class Plots {
         most = Math.max(most, Math.abs(torque));
       });
     }
-    if (lowest > highest) return;
+    if (lowest > highest) lowest = highest = 0; // no sample yet: axes alone
     const room = Math.max(0.05, 0.05 * (highest - lowest)), degree = Math.PI / 180;
     const left = 44 * scale, right = width - 10 * scale, top = 10 * scale, bottom = height - 36 * scale;
     const x = (angle: number): number => left + ((angle - lowest + room) / (highest - lowest + 2 * room)) * (right - left);

@@ -211,6 +211,18 @@ def test_commands_that_show_what_a_knob_does_tell_it_in_json_too(tmp_path: Path)
     lines = _json_of("monitor", *emulated)
     assert lines[-1]["health"]["state"] == "disarmed"
     assert lines[-1]["newest"]["angle_rad"] == 0.0
+    # In a terminal a record of any length shows some rows.
+    assert len(repr(torsio.load(file).telemetry).splitlines()) < 12
+
+
+def test_reader_that_has_enough_is_no_error() -> None:
+    words = ("-m", "torsio", "monitor", "--device", "emulated", "--seconds", "60", "--json")
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, *words], **pipes) as process:  # type: ignore[call-overload]
+        process.stdout.readline()
+        process.stdout.close()
+        assert "error" not in process.stderr.read()
+    assert process.returncode == 1
 
 
 def test_record_tells_on_a_terminal_how_it_does_and_how_it_ends(tmp_path: Path) -> None:

@@ -41,6 +41,11 @@ class Telemetry(np.ndarray[tuple[Any, ...], np.dtype[np.void]]):
                 return found.view(np.ndarray)
             return found
 
+    def __repr__(self) -> str:
+        """Show the first and the last samples."""
+        with np.printoptions(threshold=8, edgeitems=3):
+            return super().__repr__()
+
     def plot(self) -> Figure:
         """Draw angle and torques over time.
 

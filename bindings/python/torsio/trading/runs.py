@@ -205,7 +205,8 @@ class Runs:
     """
 
     def __init__(self, options: LoopOptions, kept: Kept, threads: int) -> None:
-        self.options, self._kept, self._threads = options, kept, threads
+        self.options: LoopOptions = options
+        self._kept, self._threads = kept, threads
         self._references: dict[Visit, Record] = {}
 
     def reference(self, visit: Visit) -> Record:
