@@ -172,7 +172,8 @@ def hardware(arguments: Sequence[str]) -> int:
     """Make the files of the knob to build, in ``out/hardware/``; see ``docs/how-to/build.md``."""
     with lock():
         environment.set_up("tests", "making")
-        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        for package in (building.TORSIO, building.STUDIES):
+            building.build_python(package, building.FirmwareSources(fetch=False).tinyusb)
         python = environment.make_hardware()
     become(python, "-m", "torsio_hardware", *(arguments or ("all",)))
 
@@ -278,7 +279,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
-    groups += ["studio", "browser"] if name == "studio" else []
+    groups += ["studio", "browser"] if name in ("hour", "studio") else []
     # Only the benchmark's own lines go to standard output, so that they can be piped.
     with redirect_stdout(sys.stderr), lock():
         sources = building.FirmwareSources()
