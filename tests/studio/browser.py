@@ -52,14 +52,16 @@ BRIDGE = ("studio", "--device", "emulated", "--page", str(PAGE))
 
 
 @contextmanager
-def bridge(**environment: str) -> Iterator[str]:
-    """Run `torsio studio` with an emulated knob; gives the address that it prints."""
-    with subprocess.Popen(
-        [*PROGRAM, *BRIDGE], stdout=subprocess.PIPE, text=True, env={**os.environ, **environment}
-    ) as process:
+def bridge(*words: str, **environment: str) -> Iterator[str]:
+    """Run `torsio studio`, or other words, with an emulated knob; gives the address it prints."""
+    command, env = [*PROGRAM, *(words or BRIDGE)], {**os.environ, **environment}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as process:
         assert process.stdout is not None
-        name, _, address = process.stdout.readline().strip().partition("  ")
-        assert name == "studio"
+        name, address = "", ""
+        while name != "studio":
+            line = process.stdout.readline()
+            assert line
+            name, _, address = line.strip().partition("  ")
         try:
             yield address
         finally:

@@ -34,7 +34,7 @@ def fail(error: Exception) -> typer.Exit:
     return typer.Exit(1)
 
 
-def tell(lines: list[str]) -> None:
+def tell(*lines: str) -> None:
     """Print lines as they are."""
     for line in lines:
         screen.out.print(line, soft_wrap=True, markup=False, highlight=False)
@@ -50,6 +50,12 @@ def spring_command(
     ] = 0.11,
     material: Annotated[str, typer.Option(help="petg or pla.")] = "petg",
     family: Annotated[str, typer.Option(help="spoke, spiral or meander.")] = "meander",
+    line: Annotated[float, typer.Option(min=0.1, max=2, help="The printer's line, in mm.")] = 0.45,
+    off: Annotated[
+        float, typer.Option(min=0, max=0.2, help="So far a printed wall may be off, in mm.")
+    ] = 0.05,
+    hub: Annotated[float, typer.Option(min=1, max=100, help="The arms begin there, in mm.")] = 7.0,
+    rim: Annotated[float, typer.Option(min=2, max=200, help="The arms end there, in mm.")] = 25.0,
     search: Annotated[
         bool, typer.Option("--search", help="Search all shapes of the family; about half a minute.")
     ] = False,
@@ -63,7 +69,8 @@ def spring_command(
     """Design the spring: stiffness curve, strain, tolerance, creep, and its drawing."""
     try:
         of = design.material(material)
-        spring = _chosen(stiffness, of, family, search=search)
+        room = design.Room(1e-3 * hub, 1e-3 * rim, 1e-3 * line, 1e-3 * off)
+        spring = _chosen(stiffness, of, family, room, search=search)
         found = {**spring.as_dict(), "strain_at_torque": spring.strain_at(torque)}
         if elements:
             found["elements"] = compare(spring.flexure, of.modulus_pa.value)
@@ -74,7 +81,7 @@ def spring_command(
     if as_json:
         print(json.dumps(found, indent=2))
         return
-    tell([*_words(spring, found), f"Written: {', '.join([*files, str(out / 'spring.json')])}"])
+    tell(*_words(spring, found), f"Written: {', '.join([*files, str(out / 'spring.json')])}")
 
 
 @app.command("all")
@@ -92,28 +99,38 @@ def all_command(
     try:
         knob = knob_file.load(file)
         lacking = parts.failures(parts.load(), knob)
-        files = making.make(knob, out, lambda what: tell([f"making {what}"]))
+        files = making.make(knob, out, lambda what: tell(f"making {what}"))
     except (ValueError, OSError) as error:
         raise fail(error) from None
     low, high = parts.total_eur(parts.load())
-    tell([*lacking, f"parts for {low:.0f} to {high:.0f} EUR; parts.csv says what was looked up"])
-    tell([f"{len(files)} files in {out}; computed and drawn, and nothing printed yet"])
+    tell(
+        *lacking,
+        f"parts for {low:.0f} to {high:.0f} EUR; parts.csv says what was looked up",
+        f"{len(files)} files in {out}; computed and drawn, and nothing printed yet",
+    )
 
 
-def _chosen(stiffness: float, of: design.Material, family: str, *, search: bool) -> design.Spring:
+def _chosen(
+    stiffness: float, of: design.Material, family: str, room: design.Room, *, search: bool
+) -> design.Spring:
     if family not in ("spoke", "spiral", "meander"):
         raise ValueError(f"no family {family!r}; known are spoke, spiral, meander")
     if search:
-        found = design.search(design.Room(), of, stiffness, family)
+        found = design.search(room, of, stiffness, family)
         if not found:
             raise ValueError(f"no {family} of this stiffness fits into the room of the knob")
         return found[0]
-    shape = REFERENCE
+    shape = replace(
+        REFERENCE,
+        hub_radius_m=room.hub_radius_m,
+        rim_radius_m=room.rim_radius_m,
+        thickness_m=2 * room.line_m,
+    )
     if family == "spoke":
-        shape = replace(REFERENCE, swing_rad=0.0, waves=0)
+        shape = replace(shape, swing_rad=0.0, waves=0)
     elif family == "spiral":
-        shape = replace(REFERENCE, swing_rad=0.0, waves=0, wrap_rad=2.0)
-    return design.examine(design.for_stiffness(shape, of, stiffness), of)
+        shape = replace(shape, swing_rad=0.0, waves=0, wrap_rad=2.0)
+    return design.examine(design.for_stiffness(shape, of, stiffness), of, room.within_m)
 
 
 def compare(shape: Flexure, modulus_pa: float) -> dict[str, Any]:
@@ -168,7 +185,7 @@ def _words(spring: design.Spring, found: dict[str, Any]) -> list[str]:
         f"strain {100 * spring.strain:.2f} % at 0.04 rad; limit "
         f"{100 * spring.material.strain_limit:.1f} %, safety {spring.safety:.2f}",
         f"strain {100 * found['strain_at_torque']:.2f} % at the largest torque",
-        f"walls 0.05 mm thinner or thicker: {100 * (spring.thinner - 1):+.0f} or "
+        f"walls as far off as printed: {100 * (spring.thinner - 1):+.0f} or "
         f"{100 * (spring.thicker - 1):+.0f} % of stiffness",
         f"a wall held for an hour: {100 * (creep.value - 1):.0f} % more twist "
         f"({100 * (creep.low - 1):.0f} to {100 * (creep.high - 1):.0f} %)",

@@ -23,8 +23,6 @@ else:
 LINEAR_TO_RAD = 0.04
 """Full brake torque twists the reference shaft by 0.038 rad."""
 LINEAR_WITHIN = 0.01
-PRINTED_WITHIN_M = 0.05e-3
-"""How far a printed wall is off, one standard deviation taken as half of it."""
 TWISTS_RAD = (0.0005, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04)
 # By CalculiX in three dimensions over plane stress, for arms of 18 mm and a width of 5 to 7 mm.
 # Short spokes as wide as 8 mm on 12 mm have 1.12.
@@ -101,8 +99,10 @@ class Spring:
         Of the secant from that line, the most up to `LINEAR_TO_RAD`.
     strain
         The largest at `LINEAR_TO_RAD`.
+    within_m
+        How far the printer may leave walls off.
     thinner, thicker
-        Stiffness over the nominal one, with walls 0.05 mm off.
+        Stiffness over the nominal one, with such walls.
     """
 
     flexure: Flexure
@@ -112,6 +112,7 @@ class Spring:
     relative_uncertainty: float
     deviation: float
     strain: float
+    within_m: float
     thinner: float
     thicker: float
 
@@ -158,16 +159,16 @@ class Spring:
             "deviation_to_0.04_rad": self.deviation,
             "strain_at_0.04_rad": self.strain,
             "safety": self.safety,
-            "stiffness_ratio_walls_0.05_mm_thinner": self.thinner,
-            "stiffness_ratio_walls_0.05_mm_thicker": self.thicker,
+            "stiffness_ratio_thinner_walls": self.thinner,
+            "stiffness_ratio_thicker_walls": self.thicker,
             "twist_after_held_wall": {
                 f"{hours:g} h": vars(self.material.creep(hours)) for hours in (0.1, 1, 8)
             },
         }
 
 
-def examine(flexure: Flexure, of: Material) -> Spring:
-    """Compute all that is known of a spring.
+def examine(flexure: Flexure, of: Material, printed_within_m: float = 0.05e-3) -> Spring:
+    """Compute all that is known of a spring, whose walls are off by so much at two deviations.
 
     Raises
     ------
@@ -185,7 +186,7 @@ def examine(flexure: Flexure, of: Material) -> Spring:
             ).stiffness_nm_per_rad[0]
         )
         / first
-        for off in (-PRINTED_WITHIN_M, PRINTED_WITHIN_M)
+        for off in (-printed_within_m, printed_within_m)
     )
     walls = (thicker - thinner) / 4
     return Spring(
@@ -196,6 +197,7 @@ def examine(flexure: Flexure, of: Material) -> Spring:
         math.hypot(of.modulus_pa.relative_uncertainty, walls, _PLATE_UNCERTAINTY),
         float(np.max(np.abs(secant / first - 1))),
         float(bent.strain[-1]),
+        printed_within_m,
         thinner,
         thicker,
     )
@@ -211,11 +213,12 @@ def for_stiffness(flexure: Flexure, of: Material, stiffness_nm_per_rad: float) -
 
 @dataclass(frozen=True)
 class Room:
-    """What a spring has to fit into, and what the printer can."""
+    """What a spring has to fit into, and what the printer can: line, walls, gap."""
 
     hub_radius_m: float = 7e-3
     rim_radius_m: float = 25e-3
     line_m: float = 0.45e-3
+    within_m: float = 0.05e-3
     gap_m: float = 1e-3
     widths_m: tuple[float, float] = (4e-3, 8e-3)
 
@@ -250,7 +253,7 @@ def search(room: Room, of: Material, stiffness_nm_per_rad: float, family: str) -
             shape = for_stiffness(shape, of, stiffness_nm_per_rad)
             if not room.widths_m[0] <= shape.width_m <= room.widths_m[1]:
                 continue
-            spring = examine(shape, of)
+            spring = examine(shape, of, room.within_m)
             if family == "spiral":  # the other way is not the same
                 back = bend(shape, of.modulus_pa.value, [-twist for twist in TWISTS_RAD])
                 off = np.abs(back.stiffness_nm_per_rad / back.stiffness_nm_per_rad[0] - 1).max()

@@ -30,7 +30,8 @@ def dimensions(spring: Spring) -> list[str]:
     """Give what a maker measures on the printed part, by the drawing's letters, and why."""
     shape = spring.flexure
     return [
-        f"A: wall of every arm {1e3 * shape.thickness_m:.2f} mm ± 0.05: stiffness, the third power",
+        f"A: wall of every arm {1e3 * shape.thickness_m:.2f} mm ± {1e3 * spring.within_m:.2f}: "
+        "stiffness, the third power",
         f"B: hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1: where the arms begin",
         f"C: rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1: where the arms end",
         f"D: rim, outside Ø {2 * RIM_MM:.1f} mm: fits into the pulley",
@@ -77,7 +78,7 @@ def svg(spring: Spring) -> str:
     stiffness = spring.stiffness_nm_per_rad
     lines += [
         f"Stiffness {stiffness:.3f} N m/rad, 95 %: {low * stiffness:.2f} to {high * stiffness:.2f}",
-        f"Walls 0.05 mm off: {100 * (spring.thinner - 1):+.0f} or "
+        f"Walls {1e3 * spring.within_m:.2f} mm off: {100 * (spring.thinner - 1):+.0f} or "
         f"{100 * (spring.thicker - 1):+.0f} %",
         f"Straight within {100 * spring.deviation:.2f} % to 0.04 rad; strain "
         f"{100 * spring.strain:.2f} %",

@@ -44,13 +44,15 @@ class Fault:
     reversed_encoder: bool = False
 
 
-def _electrics(**factors: float) -> Callable[[PlantParams], PlantParams]:
-    """Multiply values of the electrics."""
+def _electrics(**values: Any) -> Callable[[PlantParams], PlantParams]:
+    """Multiply values of the electrics, and set switches."""
 
     def change(plant: PlantParams) -> PlantParams:
-        parts = plant.electrics
-        assert parts is not None
-        more = {name: getattr(parts, name) * factor for name, factor in factors.items()}
+        parts: Any = plant.electrics
+        more = {
+            name: value if value is True else getattr(parts, name) * value
+            for name, value in values.items()
+        }
         return replace(plant, electrics=replace(parts, **more))
 
     return change
@@ -58,11 +60,6 @@ def _electrics(**factors: float) -> Callable[[PlantParams], PlantParams]:
 
 def _plant(**values: Any) -> Callable[[PlantParams], PlantParams]:
     return lambda plant: replace(plant, **values)
-
-
-def _swap_motor(plant: PlantParams) -> PlantParams:
-    assert plant.electrics is not None
-    return replace(plant, electrics=replace(plant.electrics, motor_reversed=True))
 
 
 def _soften(plant: PlantParams) -> PlantParams:
@@ -74,7 +71,8 @@ def _sensor(state: str) -> Callable[[Any], object]:
 
 
 FAULTS = (
-    Fault("motor_swapped", "the motor's two wires are swapped", "motor:backwards", _swap_motor),
+    Fault("motor_swapped", "the motor's two wires are swapped", "motor:backwards",
+          _electrics(motor_reversed=True)),
     Fault("encoder_swapped", "the encoder's A and B are swapped", "encoder:backwards",
           reversed_encoder=True),
     Fault("encoder_off", "the encoder's cable is off, or has no supply", "encoder:still",

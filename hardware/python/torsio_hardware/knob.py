@@ -168,11 +168,8 @@ class Knob:
     def expected(self) -> list[tuple[str, str, tuple[float, float], str]]:
         """Give what each step of first power should show: step, what, band, unit."""
         values = self.values
-        coil_v = [
-            torque * values["brake_resistance_ohm"].value / constant
-            for torque in (10e-3,)
-            for constant in values["brake_torque_constant_nm_per_a"].band()[::-1]
-        ]
+        least, most = values["brake_torque_constant_nm_per_a"].band()
+        coil_v = [10e-3 * self.number("brake_resistance_ohm") / of for of in (most, least)]
         knob, brake = values["knob_coulomb_nm"], values["brake_drag_nm"]
         both = math.hypot(knob.uncertainty, brake.uncertainty)
         drag = Value(knob.value + brake.value, both).band()
@@ -257,21 +254,10 @@ def load(path: Path = DEFAULT) -> Knob:
             str(given["name"]), str(given["board"]), dict(given["parts"]), spring,
             dict(given["pins"]), values,
         )  # fmt: skip
-        missing = {field for field in _REQUIRED if field not in values}
-        if missing:
-            raise ValueError(f"{min(missing)} is missing")
+        knob.plant()  # which needs them all
         _check_pins(knob)
     except KeyError as error:
         raise ValueError(f"{path}: {error.args[0]} is missing") from None
     except (TypeError, ValueError, AttributeError, ArithmeticError, torsio.Error) as error:
         raise ValueError(f"{path}: {error}") from None
     return knob
-
-
-_REQUIRED = (
-    *("supply_v", "motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"),
-    *("brake_resistance_ohm", "brake_inductance_h", "brake_torque_constant_nm_per_a"),
-    *("supply_sense_ratio", "current_sense_v_per_a", "knob_inertia_kg_m2", "knob_coulomb_nm"),
-    *("knob_viscous_nm_s_per_rad", "brake_inertia_kg_m2", "brake_drag_nm"),
-    *("brake_time_constant_s", "counts_per_rev"),
-)

@@ -17,6 +17,7 @@ from torsio.printed.hands import NoHand, PrescribedMotion
 from torsio_hardware.faults import Fault
 from torsio_hardware.knob import RATES_HZ, Knob
 
+RESET = "enable, board held in reset"
 _SETTLE_S = 0.3  # the board learns its sensor's zero
 _CAPS: dict[str, Any] = {
     "motor_torque_cap_nm": 0.015,
@@ -79,10 +80,7 @@ class Bench:
     fault: Fault | None = None
     found: Any = None
     meter: dict[str, float] = field(default_factory=dict)
-
-    def volts(self, point: str, right: float) -> float:
-        """Read the meter."""
-        return self.meter.get(point, right)
+    """What it shows where that is wrong, by the point."""
 
 
 def options(knob: Knob, fault: Fault | None, seed: int | None) -> torsio.EmulatorOptions:
@@ -139,7 +137,7 @@ def _turn(bench: Bench) -> Seen:
 
 def _meter(bench: Bench) -> Seen:
     """Measure with a meter what the firmware cannot see."""
-    shown = bench.volts("enable, board held in reset", 0.0)
+    shown = bench.meter.get(RESET, 0.0)
     text = f"enable line with the board held in reset: {shown:.1f} V, expected 0 to 0.3 V"
     return Seen("supply", "meter", text, "supply:pull_down" if shown > 0.3 else "")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import random
 import sys
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 import torsio
-from torsio.extras import lacking
+from torsio.common.extras import lacking
 from torsio.studio.page import page_folder
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.cli import fail, tell
@@ -21,23 +20,15 @@ from torsio_hardware.knob import DEFAULT, Knob, load
 
 app = typer.Typer(help="Rehearse first power of a knob that is not built yet.")
 
-_ADVICE = {fault.name: fault.words for fault in faults.FAULTS}
 
-
-def _bench(
-    knob: Knob, fault: faults.Fault | None, seed: int | None, *, chip: bool
-) -> AbstractContextManager[rehearsal.Bench]:
-    if not chip:
-        return rehearsal.emulated(knob, fault, seed)
+def _on_chip(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
+    """Give the bench of the tests, which have the emulated chip."""
     try:
-        sys.path.insert(0, str(Path.cwd()))  # the tests of a clone have the chip
-        binary = importlib.import_module("tests.making.chip").binary
+        sys.path.insert(0, str(Path.cwd()))
+        return importlib.import_module("tests.making.chip").binary(knob, fault, seed)
     except ModuleNotFoundError as error:
-        raise ValueError(
-            f"--chip runs in a clone of the project alone, after ./dev firmware: {error}"
-        ) from None
-    found: AbstractContextManager[rehearsal.Bench] = binary(knob, fault, seed)
-    return found
+        needed = "--chip runs in a clone of the project alone, after ./dev firmware"
+        raise ValueError(f"{needed}: {error}") from None
 
 
 def served(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
@@ -53,12 +44,10 @@ def served(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
     except ModuleNotFoundError as error:
         raise ValueError(lacking("the studio", "studio", error)) from None
     options = rehearsal.options(knob, fault, seed)
-    board, speed = options.board, torsio.ControlConfig(speed_limit_rad_s=160.0)
-    assert board is not None
-    confirmed = replace(board, confirmed=True, motor_current_continuous_a=2.0)
+    board = replace(options.board, confirmed=True, motor_current_continuous_a=2.0)  # type: ignore[type-var]
     return Emulated(
         replace(options, paced=True, log_truth=True),
-        replace(options, board=confirmed, control=speed),
+        replace(options, board=board, control=torsio.ControlConfig(speed_limit_rad_s=160.0)),
         fault.happen if fault else lambda world: None,
     )
 
@@ -68,18 +57,40 @@ def _serve(knob: Knob, fault: faults.Fault | None, seed: int | None) -> None:
     world = served(knob, fault, seed)
     from torsio.studio.server import serve
 
-    assert world.options.plant.electrics is not None
-    volts = {"bridges": world.options.plant.electrics.supply_v, "enable, board held in reset": 0.0}
+    volts = {"bridges": world.options.plant.electrics.supply_v, rehearsal.RESET: 0.0}
     volts |= fault.meter if fault else {}
-    tell([f"meter   {value:.1f} V at {point}" for point, value in volts.items()])
-    serve("emulated", page_folder(), 0, lambda address: tell([f"studio  {address}"]), world)
+    tell(*(f"meter   {value:.1f} V at {point}" for point, value in volts.items()))
+    serve("emulated", page_folder(), 0, lambda address: tell(f"studio  {address}"), world)
+
+
+def _go_through(
+    knob: Knob, fault: faults.Fault | None, seed: int | None, *, chip: bool
+) -> rehearsal.Seen | None:
+    """Take all steps, and say what they show."""
+
+    def told(seen: rehearsal.Seen) -> None:
+        mark = "WRONG" if seen.finding else "ok"
+        tell(f"{mark:6} {seen.step:10} $ {seen.command}", f"{'':18}{seen.text}")
+
+    with (_on_chip if chip else rehearsal.emulated)(knob, fault, seed) as bench:
+        steps = rehearsal.STEPS[:-2] if chip else rehearsal.STEPS
+        seen: rehearsal.Seen | None = rehearsal.run(bench, told, steps)
+    tell(f"found    {seen.finding if seen else 'nothing wrong'}")
+    for name in seen.causes if seen else ():
+        tell(f"         maybe: {faults.named(name).words}")
+    return seen
+
+
+_HELP = {
+    "file": "A knob's file; the reference knob if unset.",
+    "chip": "The released firmware in the emulated chip; slow, without calibration.",
+    "page": "Serve this knob to the studio's page, for you to go on with.",
+}
 
 
 @app.callback(invoke_without_command=True)
 def rehearse(
-    file: Annotated[
-        Path, typer.Argument(help="A knob's file; the reference knob if unset.", show_default=False)
-    ] = DEFAULT,
+    file: Annotated[Path, typer.Argument(help=_HELP["file"], show_default=False)] = DEFAULT,
     fault: Annotated[
         str, typer.Option(metavar="NAME", help="Build this fault in; `list` names all.")
     ] = "",
@@ -87,19 +98,9 @@ def rehearse(
         int | None,
         typer.Option(metavar="NUMBER", help="Have a fault and parts drawn, and not told."),
     ] = None,
-    reveal: Annotated[
-        bool, typer.Option("--reveal", help="Tell at the end which fault it was.")
-    ] = False,
-    page: Annotated[
-        bool,
-        typer.Option("--page", help="Serve this knob to the studio's page, for you to go on with."),
-    ] = False,
-    chip: Annotated[
-        bool,
-        typer.Option(
-            "--chip", help="The released firmware in the emulated chip; slow, without calibration."
-        ),
-    ] = False,
+    reveal: Annotated[bool, typer.Option("--reveal", help="Tell at the end which it was.")] = False,
+    page: Annotated[bool, typer.Option("--page", help=_HELP["page"])] = False,
+    chip: Annotated[bool, typer.Option("--chip", help=_HELP["chip"])] = False,
 ) -> None:
     """Go through the steps of docs/how-to/hardware.md, First power, and name what is wrong.
 
@@ -107,8 +108,9 @@ def rehearse(
     found.
     """
     if fault == "list":
-        tell([f"{each.name:18} {each.words}" for each in faults.FAULTS])
+        tell(*(f"{each.name:18} {each.words}" for each in faults.FAULTS))
         return
+    seen = None
     try:
         knob = load(file)
         chosen = faults.named(fault) if fault else None
@@ -116,32 +118,11 @@ def rehearse(
             chosen = random.Random(blind).choice(faults.FAULTS)
         if page:
             _serve(knob, chosen, blind)
-            seen = None
         else:
-            with _bench(knob, chosen, blind, chip=chip) as bench:
-                steps = rehearsal.STEPS[:-2] if chip else rehearsal.STEPS
-                seen = rehearsal.run(bench, _tell_step, steps)
+            seen = _go_through(knob, chosen, blind, chip=chip)
     except (ValueError, OSError, torsio.Error) as error:
         raise fail(error) from None
-    if seen is not None:
-        tell(
-            [
-                f"found    {seen.finding}",
-                *(f"         maybe: {_ADVICE[name]}" for name in seen.causes),
-            ]
-        )
-    elif not page:
-        tell(["found    nothing wrong"])
     if reveal:
-        tell([f"built in {chosen.words if chosen else 'no fault'}"])
+        tell(f"built in {chosen.words if chosen else 'no fault'}")
     if seen is not None:
         raise typer.Exit(1)
-
-
-def _tell_step(seen: rehearsal.Seen) -> None:
-    tell(
-        [
-            f"{'WRONG' if seen.finding else 'ok':6} {seen.step:10} $ {seen.command}",
-            f"{'':18}{seen.text}",
-        ]
-    )
