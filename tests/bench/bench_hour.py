@@ -31,11 +31,13 @@ def measure() -> dict[str, float]:
     with chromium() as browser, subprocess.Popen(
         [TREE / "dev", "demo"], stdin=terminal, stdout=terminal, stderr=terminal, close_fds=True
     ) as demo:  # fmt: skip
+        address = ""
         for sign in (r"virtual_wall\.png", r"http://127\S+"):
             while not (found := re.search(sign + r"(?=\s)", shown)):
                 shown += os.read(user, 4096).decode(errors="replace")
             times.append(time.monotonic())
-        with opened(browser, found[0]) as page:
+            address = found[0]
+        with opened(browser, address) as page:
             state_is(page, "disarmed")
             times.append(time.monotonic())
             armed(page)
