@@ -69,7 +69,7 @@ export class Configurations {
           "details",
           { id: name, open: open.has(name) },
           element("summary", {}, label(name)),
-          element("p", {}, `${doc} ${notes}`),
+          element("p", {}, ...`${doc} ${notes}`.split("`").map((part, i) => (i % 2 ? element("code", {}, part) : part))),
           form(fields, this.#shown[name]!, compare),
           differences,
           apply,

@@ -372,6 +372,10 @@ def test_axe_finds_no_fault_before_anything_is_drawn(browser: Browser, site: str
     page.close()
 
 
+VALUES_CUT = """() => [...document.querySelectorAll(".fields input, .fields select")]
+  .filter((field) => field.scrollWidth > field.clientWidth).map((field) => field.name)"""
+
+
 def test_axe_finds_no_fault_with_everything_unfolded(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         state_is(page, "disarmed")
@@ -387,6 +391,8 @@ def test_axe_finds_no_fault_with_everything_unfolded(browser: Browser, site: str
                 page.emulate_media(color_scheme=scheme)
                 assert faults_of_access(page) == [], (scheme, width)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
+            assert page.evaluate(VALUES_CUT) == []
+        assert "`" not in page.locator("#configurations").inner_text()
 
 
 def test_pointer_is_seen_where_the_user_has_forced_the_colours(browser: Browser, site: str) -> None:
