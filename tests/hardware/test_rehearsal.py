@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import torsio
 from torsio import _torsio, protocol
 from torsio.common import whole_file
 from torsio_hardware import faults, rehearsal
-from torsio_hardware.knob import DEFAULT, Knob, load
+from torsio_hardware.knob import DEFAULT, Knob, Value, load
 from torsio_hardware.rehearsing import app, served
 
 # Those that a step before the calibration finds: a few seconds for all.
@@ -56,6 +57,12 @@ def test_settings_are_those_that_a_device_takes(knob: Knob) -> None:
     default = torsio.BoardConfig()
     off = {name for name, pin in knob.pins.items() if pin != getattr(default, name)}
     assert off == {"supply_sense_pin"}
+
+
+def test_knob_with_another_encoder_is_expected_to_count_its_lines(knob: Knob) -> None:
+    other = replace(knob, values={**knob.values, "counts_per_rev": Value(4000.0)})
+    assert other.expected()[0][2] == pytest.approx((3992.0, 4008.0))
+    assert rehearse(other, "motor_swapped") is not None  # past the encoder's step
 
 
 def test_plants_that_are_drawn_lie_within_what_the_file_says(knob: Knob) -> None:

@@ -167,14 +167,14 @@ class Knob:
 
     def expected(self) -> list[tuple[str, str, tuple[float, float], str]]:
         """Give what each step of first power should show: step, what, band, unit."""
-        values = self.values
+        values, counts = self.values, self.number("counts_per_rev")
         least, most = values["brake_torque_constant_nm_per_a"].band()
         coil_v = [10e-3 * self.number("brake_resistance_ohm") / of for of in (most, least)]
         knob, brake = values["knob_coulomb_nm"], values["brake_drag_nm"]
         both = math.hypot(knob.uncertainty, brake.uncertainty)
         drag = Value(knob.value + brake.value, both).band()
         return [
-            ("encoder", "counts of one turn", (8175.0, 8209.0), "counts"),
+            ("encoder", "counts of one turn", (0.998 * counts, 1.002 * counts), "counts"),
             ("supply", "at the bridges", values["supply_v"].band(), "V"),
             ("supply", "enable and bridge inputs, disarmed", (0.0, 0.3), "V"),
             ("brake", "at the coil, for 10 mN m", (coil_v[0], coil_v[1]), "V"),
