@@ -216,6 +216,7 @@ void bind_protocol(py::module_& parent) {
   py::module_ module = parent.def_submodule("protocol", "Reports as dicts and as bytes.");
   module.attr("REPORT_SIZE") = protocol::report_size;
   module.attr("VERSION") = protocol::protocol_version;
+  module.attr("RELEASED_FINGERPRINTS") = py::tuple(py::cast(protocol::released_fingerprints));
   module.attr("USB_VENDOR_ID") = protocol::usb_vendor_id;
   module.attr("USB_PRODUCT_ID") = protocol::usb_product_id;
   module.def(

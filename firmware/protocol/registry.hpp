@@ -93,6 +93,15 @@ consteval std::uint32_t fingerprint() {
   return hash.value();
 }
 
+/// Whether a host with these reports drives a device with such a fingerprint.
+constexpr bool drives(std::uint32_t device) {
+  if (device == fingerprint()) return true;
+  for (const std::uint32_t released : released_fingerprints) {
+    if (device == released) return true;
+  }
+  return false;
+}
+
 /// Name of a field by its index in a Verdict ("timing.attack_s" is given as "attack_s").
 /// @returns an empty view if there is no such field
 template <class T>

@@ -27,6 +27,8 @@ inline constexpr double max_control_rate_hz = 2e4;
 
 inline constexpr std::uint16_t protocol_version = 1;
 inline constexpr std::uint8_t samples_per_report = 4;
+inline constexpr std::array<std::uint32_t, 1> released_fingerprints{
+    0x9DDBBA23};  // of older firmware that this library drives
 inline constexpr std::uint8_t game_effects_per_report = 3;
 
 /// Identity and abilities of the device. Read only.

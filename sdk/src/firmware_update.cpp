@@ -154,7 +154,7 @@ std::optional<ListedDevice> meant_device(std::string_view selector, const Host& 
 }
 
 void check_fingerprint(const FirmwareFile& file) {
-  if (file.fingerprint == protocol::fingerprint()) return;
+  if (protocol::drives(file.fingerprint)) return;
   throw InvalidArgument(path_text(file.path) + ": firmware " + file.version +
                         " has the protocol fingerprint " + hex32(file.fingerprint) +
                         ", this library " + hex32(protocol::fingerprint()) +

@@ -40,7 +40,7 @@ protocol::Identity identify(Transport& transport) {
   const auto byte = [&](std::size_t at) { return static_cast<std::uint32_t>(bytes.at(at)); };
   const std::uint32_t fingerprint = byte(1) | byte(2) << 8U | byte(3) << 16U | byte(4) << 24U;
   const std::uint32_t version = byte(5) | byte(6) << 8U;
-  if (fingerprint != protocol::fingerprint()) {
+  if (!protocol::drives(fingerprint)) {
     throw ProtocolMismatch(
         "the device speaks protocol version " + std::to_string(version) + " (fingerprint " +
         hex32(fingerprint) + "), this library version " +

@@ -2,7 +2,7 @@
 
 import { decode, described, encode, MalformedReport, REPORT_SIZE, type Values } from "./codec";
 import { fromWire, InvalidValue, sceneToWire, toWire, type Effect, type Given } from "./conversion";
-import { CONFIGURATIONS, DISARM_REASONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from "./reports";
+import { CONFIGURATIONS, DISARM_REASONS, FAULTS, FINGERPRINT, FLAGS, RELEASED_FINGERPRINTS, REPORTS, STATUSES } from "./reports";
 import { TelemetryDecoder, type Units } from "./samples";
 import type { Transport } from "./transport";
 
@@ -465,7 +465,7 @@ async function identify(transport: Transport): Promise<Identity> {
   const report = await ask(transport, "identity");
   // These two are the same in every version, whatever comes behind them.
   const view = new DataView(report.buffer, report.byteOffset);
-  if (view.getUint32(1, true) !== FINGERPRINT) {
+  if (![FINGERPRINT, ...RELEASED_FINGERPRINTS].includes(view.getUint32(1, true))) {
     throw new Error(
       `the device speaks another protocol (version ${view.getUint16(5, true)}, fingerprint ` +
         `0x${view.getUint32(1, true).toString(16)}) than this page: give both the same version of Torsio`,

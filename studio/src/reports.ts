@@ -6,6 +6,8 @@ import type { Bit, Report } from "./fields";
 
 export const FINGERPRINT: number = 2648422947;
 
+export const RELEASED_FINGERPRINTS: readonly number[] = [2648422947];
+
 export const PROTOCOL_VERSION: number = 1;
 
 export const USB: { vendorId: number; productId: number } = {"vendorId": 4617, "productId": 1};

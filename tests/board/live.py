@@ -5,12 +5,12 @@ The board is coupled to a world, and time passes for both in the knob's calls on
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 
 import torsio
 from tests.board import felt
-from tests.board.pico import MS, EmulatedPico, UsbStall
+from tests.board.pico import MS, EmulatedPico, UsbStall, enumerated
 from torsio.printed.plant import PlantParams
 
 TAKEN_MS = 20  # so long the bus tries to hand over a report
@@ -25,7 +25,7 @@ class BinaryTransport(torsio.Transport):
         self._board = board
 
     def close(self) -> None:
-        """Leave the board to whoever made it."""
+        """Leave the board open: its maker closes it."""
 
     def write(self, report: bytes) -> bool:
         return self._board.write(report, within_ms=TAKEN_MS) == "ack"
@@ -57,7 +57,9 @@ class BinaryTransport(torsio.Transport):
 
 
 @contextmanager
-def live_knob(params: PlantParams) -> Iterator[tuple[torsio.Knob, felt.Place]]:
+def live_knob(
+    params: PlantParams, boot: Callable[[], AbstractContextManager[EmulatedPico]] = enumerated
+) -> Iterator[tuple[torsio.Knob, felt.Place]]:
     """Give a knob whose device is the chosen board's binary, and the world that it is in."""
-    with felt.binary(params) as bench, torsio.open(BinaryTransport(bench.board)) as knob:
+    with felt.binary(params, boot) as bench, torsio.open(BinaryTransport(bench.board)) as knob:
         yield knob, bench.place

@@ -106,6 +106,9 @@ def wire_reports() -> str:
     )
     body = "".join(map(cpp.constant, numbers)) + "\n"
     body += cpp.constant(constants.PROTOCOL_VERSION) + cpp.constant(constants.SAMPLES_PER_REPORT)
+    released = ", ".join(f"0x{one:08X}" for one in constants.RELEASED_FINGERPRINTS)
+    body += f"inline constexpr std::array<std::uint32_t, {len(constants.RELEASED_FINGERPRINTS)}>\n"
+    body += f"released_fingerprints{{{released}}};  // of older firmware that this library drives\n"
     body += cpp.constant(constants.GAME_EFFECTS_PER_REPORT) + "\n"
     body += "".join(map(cpp.wire_structure, listed))
     body += cpp.report_list(

@@ -12,16 +12,21 @@ from torsio._torsio import protocol as _protocol
 from torsio.errors import MalformedReport
 from torsio.printed.statuses import STATUS_NAMES
 
-__all__ = ["REPORT_SIZE", "STATUS_NAMES", "VERSION", "decode", "encode", "fingerprint", "reports"]
+__all__ = [
+    *("REPORT_SIZE", "STATUS_NAMES", "VERSION"),
+    *("DRIVEN_FINGERPRINTS", "decode", "encode", "fingerprint", "reports"),
+]
 
 REPORT_SIZE: Final[int] = _protocol.REPORT_SIZE
 """Bytes of every report."""
 VERSION: Final[int] = _protocol.VERSION
 """Version of the protocol."""
+DRIVEN_FINGERPRINTS: Final = (_protocol.fingerprint(), *_protocol.RELEASED_FINGERPRINTS)
+"""Fingerprints of the firmware that this library drives: its own first, then released ones."""
 
 
 def fingerprint() -> int:
-    """Hash of every report's layout; two sides that differ cannot talk."""
+    """Hash of every report's layout."""
     return _protocol.fingerprint()
 
 

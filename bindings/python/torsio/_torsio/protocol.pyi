@@ -2,6 +2,7 @@ from typing import Any, Final
 
 REPORT_SIZE: Final[int]
 VERSION: Final[int]
+RELEASED_FINGERPRINTS: Final[tuple[int, ...]]
 USB_VENDOR_ID: Final[int]
 USB_PRODUCT_ID: Final[int]
 

@@ -113,7 +113,7 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
     if not recorded.has_all_inputs:
         recorded = replace(recorded, inputs=[])
     versions = recorded.metadata["versions"]
-    if versions.get("fingerprint") != protocol.fingerprint():
+    if versions.get("fingerprint") not in protocol.DRIVEN_FINGERPRINTS:
         raise Error(
             f"the recording is of another protocol (version {versions.get('protocol')}) than this "
             f"library's: replay it with Torsio {versions.get('torsio', versions.get('firmware'))}"
@@ -316,7 +316,7 @@ def _as_now(before: Record, samples: Mapping[int, Mapping[str, Any]]) -> Record:
     for i, tick in enumerate(before["tick"].tolist()):
         for name in _OUTPUTS[1:]:
             after[name][i] = samples[tick][name]
-        # Of the position 32 bits travel.
+        # Only 32 bits of the position travel.
         error = (samples[tick]["position_counts"] - int(before["position_counts"][i])) % 2**32
         after["position_counts"][i] += error - 2**32 * (error >= 2**31)
     return after
@@ -332,7 +332,7 @@ def _wanted(
         # Nobody knows who had asked for those before the first that was asked for in the recording.
         missing = missing[missing >= min(samples, default=0)]
     elif not recorded.whole:
-        # Torn: what the device had done is there for longer than what it had been given.
+        # A torn file has more of the device's outputs than of its inputs.
         end = max(samples, default=0)
         missing = missing[missing <= end]
         told = [content for content in told if protocol.decode(content)[1]["tick"] <= end]

@@ -52,13 +52,13 @@ _FAULTS_FOUND = {
 
 
 def check_firmware(facts: KnobFacts) -> Finding:
-    """Say who it is; opening it has compared the fingerprints already."""
+    """Name board and firmware. `open` refuses firmware that this library does not drive."""
     info = facts.info
     return Finding(
         "firmware",
         True,
         f"board {info.board}, firmware {info.firmware_version}, protocol {info.protocol_version} "
-        f"(fingerprint 0x{info.fingerprint:08x}) as in this library, torsio {torsio.__version__}",
+        f"(fingerprint 0x{info.fingerprint:08x}); the library is torsio {torsio.__version__}",
         values={
             "board": info.board,
             "firmware_version": info.firmware_version,
