@@ -1,4 +1,4 @@
-"""What the tests of the C interface share: its header as read, calls that must go well, a shell."""
+"""Shared by the tests of the C interface: the header as read, calls that must succeed, a shell."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def test_knob_tells_of_itself(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
     assert count.value == 0
     assert lib.torsio_knob_is_open(knob)
     assert lib.torsio_knob_is_emulated(knob)
-    # What it does not have, it says.
+    # It names what it lacks.
     assert lib.torsio_emulator_set_supply(knob, ctypes.c_double(12.0)) == N["TORSIO_ERROR"]
     assert "no electrics" in said(lib)
     assert lib.torsio_start_bootloader(b"emulated") == N["TORSIO_REFUSED"]

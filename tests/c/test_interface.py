@@ -1,4 +1,4 @@
-"""What the library shows: its symbols, their names, and whether they are as agreed."""
+"""The library's symbols and their names are as agreed."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from tests.c.calling import HEADER, TREE, N, run
 from tests.python.cpp_headers import read_sdk
 
 SDK = read_sdk()
+ABI = 1
 
 
 def test_library_shows_exactly_what_the_header_declares(library: Path) -> None:
     shown = run("nm", "--dynamic", "--defined-only", "--with-symbol-versions", library).split("\n")
     symbols = {line.split()[2] for line in shown if " T " in line}
-    assert {name.partition("@@")[2] for name in symbols} == {"TORSIO_0.1"}
+    assert {name.partition("@@")[2] for name in symbols} == {f"TORSIO_{ABI}"}
     assert {name.partition("@@")[0] for name in symbols} == set(HEADER.functions)
     others = [line for line in shown if line and " T " not in line and " A TORSIO_" not in line]
     assert others == []
@@ -29,9 +30,9 @@ def test_library_shows_exactly_what_the_header_declares(library: Path) -> None:
 def test_library_names_its_interface(library: Path) -> None:
     link = os.readlink(library)
     chain = [library.name, link, os.readlink(library.parent / link)]
-    assert chain[:2] == ["libtorsio.so", "libtorsio.so.0.1"]
-    assert re.fullmatch(r"libtorsio\.so\.0\.1\.\d+", chain[2])
-    assert "[libtorsio.so.0.1]" in run("readelf", "--dynamic", library)
+    assert chain[:2] == ["libtorsio.so", f"libtorsio.so.{ABI}"]
+    assert re.fullmatch(rf"libtorsio\.so\.{ABI}(\.\d+){{3}}", chain[2])
+    assert f"[libtorsio.so.{ABI}]" in run("readelf", "--dynamic", library)
 
 
 def _hold_against(header: str, library: Path, folder: Path) -> tuple[int, str]:
@@ -44,7 +45,7 @@ def _hold_against(header: str, library: Path, folder: Path) -> tuple[int, str]:
     other = folder / "hollow.so"
     run(
         "gcc", "-g", "-shared", "-fPIC", "-fvisibility=hidden", f"-Wl,--version-script={script}",
-        "-Wl,-soname,libtorsio.so.0.1", folder / "hollow.c", "-o", other,
+        f"-Wl,-soname,libtorsio.so.{ABI}", folder / "hollow.c", "-o", other,
     )  # fmt: skip
     result = subprocess.run(
         ("abidiff", other, library), stdout=subprocess.PIPE, text=True, check=False
@@ -56,9 +57,9 @@ def _hold_against(header: str, library: Path, folder: Path) -> tuple[int, str]:
 def test_interface_is_the_one_that_was_agreed_on() -> None:
     agreed = (TREE / "tests/c/agreed.txt").read_text(encoding="utf-8").strip()
     assert layouts.checksum() == agreed, (
-        "the C interface has changed; programs that were linked with it may break. If it must be, "
-        "run python -m tests.c.layouts > tests/c/agreed.txt, and raise the minor version before "
-        "the next release"
+        "the C interface has changed. If linked programs would break, raise TORSIO_ABI_VERSION in "
+        "torsio_base.h, unless it has grown since the last release. Then run "
+        "python -m tests.c.layouts > tests/c/agreed.txt"
     )
 
 
@@ -169,3 +170,4 @@ def test_names_of_results_are_those_of_the_header(lib: ctypes.CDLL) -> None:
     )
     assert version
     assert lib.torsio_version().decode() == version[1]
+    assert lib.torsio_abi_version() == ABI

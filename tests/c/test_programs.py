@@ -19,7 +19,7 @@ which pushed back with 41 mN m
 
 @pytest.fixture(scope="module")
 def flags(prefix: Path) -> list[str]:
-    """What a compiler needs, as pkg-config tells it."""
+    """A compiler's options from pkg-config."""
     where = str(prefix / "lib/pkgconfig")
     return run("pkg-config", "--cflags", "--libs", "torsio-c", PKG_CONFIG_PATH=where).split()
 

@@ -58,6 +58,9 @@ TORSIO_API const char* torsio_result_name(int32_t result);
 /// "major.minor.patch" of the library.
 TORSIO_API const char* torsio_version(void);
 
+/// TORSIO_ABI_VERSION of the library; another number than the header's will not work.
+TORSIO_API int32_t torsio_abi_version(void);
+
 // Opening ----------------------------------------------------------------------------------------
 
 typedef struct torsio_open_options {

@@ -36,6 +36,10 @@ typedef enum torsio_result {
   TORSIO_ERROR = 12,  ///< anything else
 } torsio_result;
 
+/// Number of this interface. It grows when a program that is linked with the library would break;
+/// new functions leave it alone. torsio_abi_version() gives the library's number.
+#define TORSIO_ABI_VERSION 1
+
 /// Bytes of every text in a structure, with the 0 at its end. A longer text is cut.
 #define TORSIO_TEXT_BYTES 256
 

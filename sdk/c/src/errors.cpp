@@ -115,3 +115,5 @@ const char* torsio_result_name(std::int32_t result) {
 }
 
 const char* torsio_version(void) { return TORSIO_VERSION; }
+
+int32_t torsio_abi_version(void) { return TORSIO_ABI_VERSION; }
