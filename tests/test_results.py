@@ -8,6 +8,7 @@ import pytest
 
 from tests.bench import tables
 
+NOTE = re.compile(r"Revision [0-9a-f]{8}, \d+ \w+ \d{4}, .+ with \d+ processors(, GCC [\d.]+)?\.")
 PAGE = tables.PAGE.read_text(encoding="utf-8")
 BRAKE = {
     "law": "paper", "coil": "voltage alone", "torque_gap_nm": 13.24e-3, "exit_error": 0.0604,
@@ -47,6 +48,18 @@ def test_page_has_the_marks_of_all_printers_and_names_their_commands() -> None:
 
 
 def test_note_says_which_revision_and_machine_measured() -> None:
-    assert re.fullmatch(
-        r"Revision [0-9a-f]{8}, \d+ \w+ \d{4}, .+ with \d+ processors, GCC [\d.]+\.", tables.where()
-    )
+    assert NOTE.fullmatch(tables.where())
+
+
+def test_every_table_says_when_and_where_it_was_measured_and_by_which_command() -> None:
+    parts = re.split(r"^## (.+)$", PAGE, flags=re.M)[1:]
+    for title, text in zip(parts[::2], parts[1::2], strict=True):
+        if title == "Not tried":
+            continue
+        assert re.search(r"^    \S|`(\./dev|torsio|python|cmake|git|tests)[ /]", text, re.M), title
+        lines = text.splitlines()
+        for number, line in enumerate(lines):
+            if line.startswith("|--") or line.startswith("| --"):
+                head = lines[number - 1]
+                if "| last run |" not in head:  # it says so row by row
+                    assert NOTE.fullmatch(lines[number - 3]), head
