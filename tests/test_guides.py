@@ -104,7 +104,7 @@ def cpp_programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 TUTORIALS = ("first-wall", "volume-knob", "game", "calibrate")
 PYTHON_PAGES = [
-    *("README.md", "docs/reference/python.md", "docs/how-to/studio.md"),
+    *("README.md", "docs/reference/python.md", "docs/reference/studio.md"),
     "docs/how-to/how-exact.md",
     "docs/explanation/threads.md",
     *(f"docs/tutorials/{name}.md" for name in TUTORIALS),

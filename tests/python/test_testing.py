@@ -1,4 +1,4 @@
-"""What the package has for tests of programs: pytest's fixtures, and what they are made of."""
+"""The package's help for tests of programs: pytest's fixtures and their parts."""
 
 from __future__ import annotations
 
@@ -399,7 +399,8 @@ def test_random_seed_is_told_and_can_be_given_again(pytester: pytest.Pytester) -
 def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
     from tests.test_guides import examples
 
-    for index, example in enumerate(examples("docs/how-to/testing.md", "python")):
+    pages = ("docs/how-to/testing.md", "docs/reference/testing.md")
+    for index, example in enumerate(one for page in pages for one in examples(page, "python")):
         (pytester.path / f"test_page_{index}.py").write_text(example.code)
     pytester.runpytest("-W", "error").assert_outcomes(passed=4)
 

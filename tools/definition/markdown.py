@@ -32,9 +32,9 @@ of 2^-32 turn. Torques act on the knob, positive along positive angle.
 - The device answers every output report and every setting of a feature report with an
   `acknowledgement` and its sequence number. It does not answer `keep_alive` commands and accepted
   `local_model` reports.
-- Both sides compute a fingerprint of the ids, names and types of all reports. The host compares it
-  with the one in `identity`, and stops if they differ. The first two fields of `identity` are the same
-  in every version.
+- Both sides compute a fingerprint of the ids, names and types of all reports. The host knows
+  its own and the ones of released firmware that it drives. It stops at any other. The first two
+  fields of `identity` are the same in every version.
 - New values go to the end of their enumeration. New boards, events and statuses do not change the
   fingerprint, and a host shows an unknown one as a number. New laws and waveforms change it.
 - A scene is written effect by effect into slots, then committed. The whole change takes effect between
@@ -101,7 +101,7 @@ def _bits(of: Bits) -> str:
 
 
 def _values(of: Structure) -> str:
-    """Explain a report's own values, of which each has one meaning or none."""
+    """Explain the values that only this report has."""
     out = ""
     for field in of.wire_fields:
         if isinstance(field.of, Enumeration) and not field.of.public and field.of.doc:
@@ -182,14 +182,32 @@ def wiring(of: Structure) -> str:
     """Write the table of pins and electrical values in docs/how-to/hardware.md."""
     out = "| field | default | unit | what |\n|---|---|---|---|\n"
     for field in of.host_fields:
-        if field.kind == "switch":
-            default = "on" if field.default else "off"
-        elif field.name.endswith("_pin"):
-            default = f"GP{field.default}" if field.default else "none"
-        else:
-            default = f"{value_of(field.default):g}"  # type: ignore[arg-type]
-        out += f"| `{field.name}` | {default} | {field.unit} | {field.doc} |\n"
+        out += f"| `{field.name}` | {_default(field)} | {field.unit} | {field.doc} |\n"
     return out
 
 
-__all__ = ["SCALARS", "fingerprint", "protocol", "wiring"]
+def configuration(configurations: Iterable[Structure]) -> str:
+    """Write the tables of docs/reference/configuration.md."""
+    out = ""
+    for of in configurations:
+        out += f"\n## `{of.snake}`\n\n{of.doc} {of.notes}\n\n"
+        out += "| field | default | allowed | unit | what |\n|---|---|---|---|---|\n"
+        for field in of.host_fields:
+            allowed = "on, off" if field.kind == "switch" else _range(field)
+            if field.kind == "choice" and isinstance(field.of, Enumeration):
+                allowed = ", ".join(f"`{v.name}`" for v in field.of.values if not v.host_only)
+            out += (
+                f"| `{field.name}` | {_default(field)} | {allowed} | {field.unit} | {field.doc} |\n"
+            )
+    return out + "\n"
+
+
+def _default(field: Field) -> str:
+    if field.kind == "switch":
+        return "on" if field.default else "off"
+    if field.name.endswith("_pin"):
+        return f"GP{field.default}" if field.default else "none"
+    return field.default if isinstance(field.default, str) else number_text(field.default or 0)
+
+
+__all__ = ["SCALARS", "configuration", "fingerprint", "protocol", "wiring"]

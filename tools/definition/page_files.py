@@ -36,6 +36,7 @@ def studio_reports() -> str:
         LISTS,
         {
             "FINGERPRINT": ("number", markdown.fingerprint(reports.ALL_REPORTS)),
+            "RELEASED_FINGERPRINTS": ("readonly number[]", list(constants.RELEASED_FINGERPRINTS)),
             "PROTOCOL_VERSION": ("number", constants.PROTOCOL_VERSION.value),
             "USB": ("{ vendorId: number; productId: number }",
                     {"vendorId": vendor, "productId": product}),
@@ -81,8 +82,15 @@ def hardware_page() -> str:
     return _with_table(page, text, markdown.wiring(configurations.BOARD_CONFIG))
 
 
+def configuration_page() -> str:
+    """Write the tables of docs/reference/configuration.md."""
+    page = "docs/reference/configuration.md"
+    text = (TREE / page).read_text(encoding="utf-8")
+    return _with_table(page, text, markdown.configuration(configurations.CONFIGURATIONS))
+
+
 def architecture_page() -> str:
-    """Write the table in docs/explanation/architecture.md of what may include what."""
+    """Write the table of allowed includes in docs/explanation/architecture.md."""
     page = "docs/explanation/architecture.md"
     return _with_table(page, (TREE / page).read_text(encoding="utf-8"), check_layers.table())
 
@@ -95,6 +103,7 @@ def _with_usb_ids(place: Path) -> Callable[[], str]:
 FILES = {
     **{str(place.relative_to(TREE)): _with_usb_ids(place) for place in usb_ids.places()},
     "studio/src/reports.ts": studio_reports,
+    "docs/reference/configuration.md": configuration_page,
     "docs/reference/protocol.md": protocol_page,
     "docs/how-to/hardware.md": hardware_page,
     "docs/explanation/architecture.md": architecture_page,

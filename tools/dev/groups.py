@@ -19,7 +19,7 @@ from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 # Tells the tests' conftest.py which groups run, and with which digests.
 RUN_VARIABLE = "TORSIO_TEST_RUN"
-# A number that chooses what takes turns; of what has changed, so that a change has one.
+# A number that chooses the board and the kernel whose turn it is. It follows from the change.
 TURN_VARIABLE = "TORSIO_TEST_TURN"
 # Builds whose C++ tests run, and boards whose firmware runs: names with blanks between them.
 PRESETS_VARIABLE, BOARDS_VARIABLE = "TORSIO_TEST_PRESETS", "TORSIO_TEST_BOARDS"
@@ -29,7 +29,7 @@ SLOW_VARIABLE = "TORSIO_TEST_SLOW"
 # Has those tests run that switch guards of the firmware off.
 UNGUARDED_VARIABLE = "TORSIO_TEST_UNGUARDED"
 
-# What is no source, at the top of the tree or below.
+# Folders without sources, at the top of the tree or below.
 _MADE = {
     *("build", "out", "dist", "node_modules", "__pycache__"),
     *(".venv", ".git", ".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
@@ -92,7 +92,7 @@ class Group:
         return any(path.is_relative_to(own) for own in self.tests)
 
 
-# Of tests, what those of other folders import.
+# Folders of tests that tests of other folders import.
 _TESTS_USED = (
     *("tests/faults", "tests/bench", "tests/vm/guest", "tests/mutation", "tests/board"),
     *("tests/studies", "tests/recordings.py", "tests/test_guides.py"),
@@ -117,7 +117,7 @@ _COVERED_BY_KERNELS = (
     ),
     *("tests/determinism", "tests/bench", "tests/endurance", "tests/cpp"),
 )
-# What pages say of measurements, and the programs that measure.
+# Tests that measure again the figures of pages.
 _FIGURES = (
     "tests/board/test_binary.py",
     *("tests/studies/test_bench_brake.py", "tests/studies/test_bench_stiffness.py"),
@@ -141,7 +141,10 @@ GROUPS = {
         "the Python package: driver, emulated device, physics against their oracles",
         ("tests/python", "tests/test_faults.py"),
         ("release", "python", "studies"),
-        (*_PYTHON, "studies", "examples", "tools", *_TESTS_USED, "docs/how-to/testing.md"),
+        (
+            *(*_PYTHON, "studies", "examples", "tools", *_TESTS_USED),
+            *("docs/how-to/testing.md", "docs/reference/testing.md"),
+        ),
     ),
     "cpp": Group(
         "C++ with address and undefined-behaviour sanitizers; fuzzing, mutants, lives",
@@ -292,7 +295,7 @@ GROUPS = {
     ),
 }
 EVERY_CHANGE = [name for name, group in GROUPS.items() if not group.slow]
-# What pytest's own words choose from where no group or path is named: these need the least.
+# Groups for pytest's own words where no group or path is named. They need the least.
 QUICK = ("library", "cpp")
 # Words of pytest's that leave out no test.
 _HARMLESS = ("--junitxml", "--durations", "-v", "-q", "-r", "-s", "--tb", "--color")
@@ -300,7 +303,7 @@ _HARMLESS = ("--junitxml", "--durations", "-v", "-q", "-r", "-s", "--tb", "--col
 
 @dataclass(frozen=True)
 class Plan:
-    """What a call of ``./dev test`` runs.
+    """The tests that a call of ``./dev test`` runs.
 
     Attributes
     ----------
@@ -372,9 +375,9 @@ def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]
 
 
 def not_covered(test: str, files: Iterable[str]) -> list[str]:
-    """Return those of some files of the tree that not every group with this test covers.
+    """Return the files of the tree that some group with this test does not cover.
 
-    Of slow groups none is asked where one of every change has the test.
+    Slow groups count only if no other group has the test.
     """
     found = [group for group in GROUPS.values() if group.has(test)]
     found = [group for group in found if not group.slow] or found
@@ -391,7 +394,7 @@ def _stamp(name: str) -> Path:
 
 
 def remember(run: Mapping[str, str], failed: Iterable[str]) -> None:
-    """Note the digests of groups that ran whole and of which no test failed, given as node ids."""
+    """Note the digests of groups that ran whole and passed. `failed` has node ids."""
     failed = list(failed)
     for name, digest in run.items():
         if not any(GROUPS[name].has(test) for test in failed):
@@ -400,7 +403,7 @@ def remember(run: Mapping[str, str], failed: Iterable[str]) -> None:
 
 
 def _paths(words: Sequence[str]) -> list[str]:
-    """Return those of pytest's words that are paths of tests."""
+    """Return the paths of tests among pytest's words."""
     values = [word for option, word in itertools.pairwise(words) if option in ("-k", "-m")]
     found = [word for word in words if not word.startswith("-") and word not in values]
     return [path for path in found if (TREE / path.partition("::")[0]).exists()]
