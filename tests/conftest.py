@@ -25,7 +25,7 @@ TREE = Path(__file__).parent.parent
 def pytest_configure(config: pytest.Config) -> None:
     """Let programs that the tests start be interrupted.
 
-    What a shell starts in the background is deaf to Ctrl-C, and its children with it.
+    A program that a shell starts in the background ignores Ctrl-C, and so do its children.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -48,7 +48,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = [*others[:begin], *guests, *others[begin:]]
 
 
-# What the running test has opened of the tree.
+# Files of the tree that the running test has opened.
 OPENED: set[str] = set()
 
 

@@ -13,7 +13,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 TREE = Path(__file__).parent.parent
 CHECKED = 100
-# What Foxglove reads MCAP with; it checks the sums of chunks, data and summary.
+# Foxglove's own reader of MCAP. It checks the sums of chunks, data and summary.
 _FOXGLOVE = """
 import { createRequire } from "node:module";
 import { open } from "node:fs/promises";

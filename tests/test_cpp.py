@@ -205,7 +205,7 @@ TEST_CASE("left out" * doctest::skip()) { CHECK(3 == 4); }
 
 @pytest.fixture(scope="module")
 def planted(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
-    """Compile a program of which some cases fail."""
+    """Compile a program in which some cases fail."""
     folder = tmp_path_factory.mktemp("planted")
     (folder / "planted.cpp").write_text(PLANTED)
     command = ["g++", "-std=c++20", "planted.cpp", "-o", "planted"]

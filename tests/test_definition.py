@@ -1,4 +1,4 @@
-"""What is printed from the field lists is what they print now, and they keep their promises."""
+"""Printed files are up to date, and the field lists keep their promises."""
 
 from __future__ import annotations
 

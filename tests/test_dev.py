@@ -1,4 +1,4 @@
-"""What ``./dev`` does with packages, requirements, stamps and other systems, without doing it."""
+"""``./dev`` and packages, requirements, stamps and other systems, without installing anything."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``./dev fuzz`` does round its targets; ``tests/test_cpp.py`` runs each of them shortly."""
+"""``./dev fuzz`` around its targets; ``tests/test_cpp.py`` runs each of them shortly."""
 
 from __future__ import annotations
 

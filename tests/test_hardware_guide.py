@@ -19,7 +19,7 @@ def test_wiring_diagram_shows_the_default_pins() -> None:
     drawn = set(re.findall(r">(GP\d+) ", (DOCS / "wiring.svg").read_text(encoding="utf-8")))
     table = set(re.findall(r"\| (GP\d+) \|", page))
     assert table <= drawn
-    # The second pins of the pairs, and that of a divider, which no board has by default.
+    # The second pins of the pairs, and a divider's pin, which no board has by default.
     assert drawn - table == {"GP3", "GP7", "GP9", "GP27"}
 
 

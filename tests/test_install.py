@@ -110,7 +110,7 @@ def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
     guide = (TREE / "docs/reference/cpp.md").read_text(encoding="utf-8")
     (fetched,) = re.findall(r"^  include.*\n(?:  FetchContent.*\n)+", lines, re.M)
     assert textwrap.indent(textwrap.dedent(fetched), "    ") in guide
-    of_tree = f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}"  # in place of what would be fetched
+    of_tree = f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}"  # in place of a download
     _run("cmake", "-S", source, "-B", build, *QUICK, of_tree, "-DTORSIO_WITH_EMULATOR=OFF")
     _run("cmake", "--build", build)
     told = subprocess.run([build / "my_knob"], capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""What is of the operating system compiles for macOS and Windows.
+"""The code for operating systems compiles for macOS and Windows.
 
 `./dev macos` compiles the rest too, and `./dev windows` runs it.
 """

@@ -80,7 +80,7 @@ def test_suite_counts_a_skip_as_a_failure(pytester: pytest.Pytester) -> None:
             r"system_clock|gettimeofday|CLOCK_REALTIME|\btime\(nullptr\)",
             id="a clock that somebody may set measures no duration",
         ),
-        # What it computes depends on the system: sdk/conversion/turns.hpp.
+        # Its results depend on the system: sdk/conversion/turns.hpp.
         pytest.param(r"\blong double\b", id="what is not the same everywhere computes nothing"),
     ],
 )
@@ -94,9 +94,9 @@ def test_sources_do_without(pattern: str) -> None:
     assert found == []
 
 
-# What may be imported inside a function; CONTRIBUTING.md says why.
+# Modules that a function may import inside; CONTRIBUTING.md says why.
 LATE = {
-    # Optional packages, and those of our modules that cannot do without one ...
+    # Optional packages, and our modules that need one ...
     *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow", "zstandard"),
     *("mujoco", "mujoco.rollout", "distributed"),
     *("torsio.apps.cli", "torsio.studio.server", "torsio.studio.watching"),

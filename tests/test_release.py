@@ -1,4 +1,4 @@
-"""What a release is made of: sdist, archives, checksums, list of parts, Pythons of others."""
+"""The parts of a release: sdist, archives, checksums, list of parts, Pythons of others."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_two_sdists_have_the_same_bytes_and_all_that_a_wheel_is_built_of(tmp_pat
     assert made[0].read_bytes() == made[1].read_bytes()
     with tarfile.open(made[0]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    # What `./dev build python` reads; the complete proof is that every wheel is built of an sdist.
+    # Files that `./dev build python` reads. The full proof: every wheel is built from an sdist.
     tracked = subprocess.run(
         ["git", "ls-files", "firmware", "emulator", "sdk", "bindings", "cmake"],
         cwd=TREE, capture_output=True, text=True, check=True,

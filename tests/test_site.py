@@ -1,4 +1,4 @@
-"""What Sphinx gets is whole: every document has its place, and no link leads out of the site."""
+"""Sphinx gets every document, and no link leads out of the site."""
 
 from __future__ import annotations
 

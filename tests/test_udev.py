@@ -1,4 +1,4 @@
-"""The udev rule and the command that installs it, as far as that goes without a knob."""
+"""The udev rule and the command that installs it, as far as a test without a knob can go."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _statements() -> list[str]:
 
 
 def test_rule_is_read_before_the_rules_that_act_on_its_tag() -> None:
-    # systemd's 73-seat-late.rules hand the device to whoever is logged in.
+    # systemd's 73-seat-late.rules hand the device to the user who is logged in.
     assert int(RULE.name.split("-")[0]) < 73
 
 

@@ -1,4 +1,4 @@
-"""What is left out of the tests on Windows is there to be left out."""
+"""Every test that is left out on Windows exists."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ _FORK = "is about fork, Unix's signals or pipes"
 _LINUX = "is about Linux's own files and drivers"
 _PATHS = "opens a file of Linux by its path"
 _TREE = "is about a package that pip has installed from a tree, not as a wheel"
-# Modules that cannot be imported there, or of which nothing could run.
+# Modules that cannot be imported there, or have no test that could run.
 FILES = {
     "test_dial_descriptor.py": "reads descriptors with hid-tools, which is for Linux",
     "test_disk_full.py": "limits the size of files as Unix does",

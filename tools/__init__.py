@@ -1,1 +1,1 @@
-"""What `./dev` runs: builds, checks, printers and releases; no part of the installed package."""
+"""The programs behind `./dev`: builds, checks, printers and releases. They are not installed."""

@@ -170,7 +170,7 @@ class PrivateApt:
         return sorted(self.folder.glob("*.deb"))
 
     def download_source(self, package: str) -> Path:
-        """Download a source package, and return the archive of what its authors published."""
+        """Download a source package, and return the archive that its authors published."""
         self._run("apt-get", "source", "--download-only", package)
         return next(self.folder.glob("*.orig.tar.*[!c]"))
 

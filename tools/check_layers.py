@@ -1,7 +1,7 @@
 """Check that includes point one way, from the outer layers to the inner ones.
 
 ``python -m tools.check_layers [TREE]`` prints one line per violation and exits with 1 if there is
-any. The rules are the table below, of which ``./dev generate`` prints the one in
+any. The rules are the table below. ``./dev generate`` prints a shorter one into
 docs/explanation/architecture.md; a file in none of its folders is not checked.
 """
 
@@ -29,11 +29,11 @@ _POSIX = re.compile(r"(arpa|linux|net|netinet|sys)/.*|(errno|fcntl|netdb|poll|te
 
 @dataclass(frozen=True)
 class Rule:
-    """What the files below one folder may include."""
+    """The includes that are allowed below one folder."""
 
     folder: str
     what: str
-    """What is there, for docs/explanation/architecture.md."""
+    """The folder's content, for docs/explanation/architecture.md."""
     layers: tuple[str, ...]
     """Folders, or files, inside the project that they may name."""
     never: str = ""

@@ -48,7 +48,7 @@ ALIASES = "throws=\\par Throws^^"
 # The documents they name are pages beside the reference.
 INPUT_FILTER = "sed -E 's|docs/(([a-z-]+/)?[a-z]+)[.]md|[\\1.md](../\\1.html)|g'"
 """
-# Who looks at a page does not edit the header.
+# A reader of the site does not edit the header.
 _PRINTED = re.compile(r" *Printed from the field lists.*")
 
 
@@ -58,7 +58,7 @@ def missing() -> set[Path]:
 
 
 def read_headers(folder: Path) -> Path:
-    """Have Doxygen read the headers; gives the folder of what it has found.
+    """Have Doxygen read the headers, and return the folder with its output.
 
     Raises
     ------

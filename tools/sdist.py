@@ -1,4 +1,4 @@
-"""Packs the sources as pip takes them: an sdist, of which every wheel is built.
+"""Packs the sources as pip takes them: an sdist. Every wheel is built from it.
 
 Only what is committed or about to be goes in, whatever else lies in the tree, and the same sources
 make the same bytes.

@@ -77,7 +77,7 @@ def lists() -> dict[str, list[str]]:
 
 
 def _reference() -> list[str]:
-    """Write the pages that name what docstrings and headers say; give those of the headers."""
+    """Write the pages that name modules and headers, and return the headers' pages."""
     folder = SOURCE / "names"
     folder.mkdir()
     for module in _MODULES:

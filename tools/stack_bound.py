@@ -2,8 +2,8 @@
 
 A function's frame is everything that it pushes or subtracts from the stack pointer; a path's depth
 is the sum along the calls. The bound is the deepest path from the program's start plus the deepest
-one of every interrupt, as if each had come at the worst moment of the one before. What the code
-does not tell stands in the tables below; anything else that it does not tell is an error, not a
+one of every interrupt, as if each had come at the worst moment of the one before. The tables
+below add what the code does not tell. Anything else that it does not tell is an error, not a
 guess.
 ``tools/firmware_report.py`` prints the result.
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from tools import boards
 
-# What a function calls through pointers, both as regular expressions of mangled names. Every target
+# Calls through pointers: caller and targets, as regular expressions of mangled names. Every target
 # must exist, unless nothing is ever called there.
 INDIRECT: dict[str, tuple[str, ...]] = {
     # The control law asks the game for its force.
@@ -49,7 +49,7 @@ INDIRECT: dict[str, tuple[str, ...]] = {
     # The next handler of the same interrupt is an interrupt of the list below.
     r"irq_handler_chain_.*": (),
 }
-# What is in the boot ROM cannot be read here. The bytes are an allowance.
+# The boot ROM cannot be read here. The bytes are an allowance.
 ROM_CALLERS = (
     r"rom_.*|flash_.*|__aeabi_(bits|mem)_init|__wrap_.*|_enter_vtable_in_r0|.*bootrom.*"
     r"|_retrieve_unique_id_on_boot"
@@ -59,7 +59,7 @@ ROM_BYTES = 256
 START = r"_enter_vtable_in_r0|platform_entry|_entry_point|_reset_handler"
 PROGRAM = ("runtime_init", "main")
 INTERRUPTS = (r".*7on_(step|tick)Ev", r"dcd_rp2040_irq", r"alarm_pool_irq_handler")
-# What the processor itself pushes: 8 registers, 17 of floating point with one of padding, and 4
+# The processor itself pushes these: 8 registers, 17 of floating point with one of padding, and 4
 # bytes of alignment; and the SDK's chain of handlers for a shared interrupt.
 EXCEPTION_BYTES = {"rp2040": 36 + 8, "rp2350": 108 + 8}
 
@@ -70,7 +70,7 @@ class UnknownStack(ValueError):
 
 @dataclass
 class Function:
-    """What one function does to the stack."""
+    """A function's use of the stack."""
 
     frame_bytes: int = 0
     calls: set[str] = field(default_factory=set)
@@ -115,7 +115,7 @@ _TARGET = re.compile(r"(\w+) <([^+>]+)(?:\+0x[0-9a-f]+)?>$")
 
 
 class _Listing:
-    """What is known of a listing, line after line."""
+    """Reads a listing, line after line."""
 
     def __init__(self, labels: frozenset[str]) -> None:
         self.functions: dict[str, Function] = {}
@@ -178,13 +178,13 @@ class _Listing:
             for address in function.constants:
                 if address not in self._words:
                     function.complaints.append(f"{name}: sp changed by an unknown amount")
-                # What is added at the end, positive, gives back what was taken at the beginning.
+                # A positive number at the end gives back the bytes taken at the beginning.
                 elif self._words[address] >= 1 << 31:
                     function.frame_bytes += (1 << 32) - self._words[address]
 
 
 def read_listing(listing: str, labels: frozenset[str] = frozenset()) -> dict[str, Function]:
-    """Take the functions out of what ``objdump -d --no-show-raw-insn`` prints.
+    """Read the functions from the output of ``objdump -d --no-show-raw-insn``.
 
     ``labels`` are symbols in the middle of a function, as assembler code has them.
     """
@@ -230,7 +230,7 @@ def depth_bytes(functions: dict[str, Function], root: str) -> tuple[int, list[st
     Raises
     ------
     UnknownStack
-        For recursion, or where the code on the way does not tell what it takes. What is never
+        For recursion, or for code that does not tell what it takes. Code that is never
         reached may be as it likes: newlib 4.5 leaves the end of a program behind, which has none.
     """
     done: dict[str, tuple[int, list[str]]] = {}

@@ -20,7 +20,7 @@ STUDIO = TREE / "studio"
 BUILD = TREE / "build/studio"
 PAGE = BUILD / "page"
 
-# What becomes the emulated device; simulate() and its like stay behind.
+# Sources of the page's emulated device, without simulate() and the like.
 _FOLDERS = ("firmware/core", "firmware/device", "emulator/plant", "studio/wasm")
 _FILES = ("emulated_device", "encoder", "power_path", "usb_link")
 _INCLUDED = ("firmware", ".", "emulator/include", "sdk")
@@ -29,7 +29,7 @@ _FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O2", "-g0", "-s"),
     *("-ffp-contract=off", "-DNDEBUG", "-Wall", "-Wextra", "-Werror", "-Wno-missing-braces"),
 )
-# Of the page, those that need no browser.
+# The page's modules that need no browser.
 MODULES = (
     *("codec", "conversion", "emulated_device", "energies", "knob", "lines", "reports"),
     *("samples", "strip"),
@@ -98,7 +98,7 @@ def build_page() -> Path:
         ],
         check=True,
     )
-    # What tests run in node, whose older releases take a file for a script unless they are told.
+    # Tests run these in node. Older releases take a file for a script unless they are told.
     modules = [str(STUDIO / f"src/{name}.ts") for name in MODULES]
     subprocess.run(
         [*(esbuild, *modules, "--bundle", "--format=esm", f"--outdir={BUILD / 'modules'}"), *quiet],

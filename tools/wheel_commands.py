@@ -1,4 +1,4 @@
-"""What the tools for wheels and Windows share: commands with a log, environments with packages."""
+"""Shared by the tools for wheels and Windows: commands with a log, environments with packages."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from tools.wheel_commands import BUILD, run
 
 GLIBC = "2.17"  # of manylinux2014: every distribution since 2014
 UDEV = Path("/usr/include/libudev.h")
-# What the ends of the wheels' names, and what else is compiled for, mean to Zig.
+# Zig's names for the machines of wheels and other builds.
 TARGETS = {
     "x86_64": f"x86_64-linux-gnu.{GLIBC}",
     "aarch64": f"aarch64-linux-gnu.{GLIBC}",
@@ -48,13 +48,13 @@ class Compilers:
 
     @property
     def system(self) -> str:
-        """What CMake calls the system that they make programs for."""
+        """CMake's name for the system that the programs are for."""
         known = {"windows": "Windows", "macos": "Darwin", "linux": "Linux"}
         return next(name for word, name in known.items() if word in TARGETS[self.architecture])
 
     @property
     def variables(self) -> dict[str, str]:
-        """What CMake takes from the environment."""
+        """Variables for CMake."""
         return {"CC": str(self.folder / "clang"), "CXX": str(self.folder / "clang++")}
 
     @property
@@ -81,7 +81,7 @@ class Compilers:
 def compilers(folder: Path, architecture: str, python: Path) -> Compilers:
     """Write the programs that CMake calls, below a folder, and a libudev to link to.
 
-    What that libudev has is the user's; of the one here only its functions' names are taken.
+    The user's libudev does the work; the stub has only the names of its functions.
     """
     (folder / "include").mkdir(parents=True, exist_ok=True)
     target = f"-target {TARGETS[architecture]} -fno-sanitize=all"

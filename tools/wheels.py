@@ -26,7 +26,7 @@ SOURCE = BUILD / "source"
 OUT = TREE / "out/wheels"
 HOME = "x86_64"
 ARCHITECTURES = (HOME, "aarch64", "win_amd64")
-# What a wheel is built with, in the versions that the tests have.
+# Packages that build a wheel, in the versions that the tests have.
 BUILT_WITH = re.compile(r'"((?:pybind11|scikit-build-core)==[^"]+)"')
 
 
@@ -61,8 +61,8 @@ def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
     builder = environment(BUILD / f"builder-{version}", here.program, *pins, "ninja==1.13.0")
     raw = BUILD / f"raw-{name}"
     shutil.rmtree(raw, ignore_errors=True)
-    # One folder for all Pythons of a machine: the libraries are compiled once. What CMake knows of
-    # the last Python goes.
+    # One folder for all Pythons of a machine: the libraries are compiled once. CMake
+    # forgets the last Python.
     objects = BUILD / f"objects-{tools.architecture}"
     (objects / "CMakeCache.txt").unlink(missing_ok=True)
     suffix = module_suffix(version, tools.architecture)

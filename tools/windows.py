@@ -22,7 +22,7 @@ LAYERS = ("core", "protocol", "device", "emulator", "sdk")
 # Headers alone, which are the same for every system.
 HEADERS = ("doctest", "nlohmann")
 FELT = "the knob was pushed to 0.130 rad"
-# Wine keeps its state here, opens no windows, and says nothing of what it lacks.
+# Wine keeps its state here, opens no windows, and reports no missing parts.
 WINE = {"WINEPREFIX": str(BUILD / "wine"), "WINEDEBUG": "-all", "DISPLAY": ""}
 
 

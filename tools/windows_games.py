@@ -28,7 +28,7 @@ _LIBRARIES = ("-ldinput8", "-ldxguid", "-lole32")
 _SERVICE = r"HKLM\System\CurrentControlSet\Services\winebus"
 # Reads devices over hidraw alone, and finds them without udev's database.
 _BUS_OPTIONS = {"Enable SDL": 0, "DisableHidraw": 0, "DisableInput": 1, "DisableUdevd": 1}
-# Says nothing of what it lacks, and asks for neither .NET nor a browser.
+# Reports no missing parts, and asks for neither .NET nor a browser.
 QUIET = {"WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml=", "DISPLAY": ""}
 
 
@@ -78,7 +78,7 @@ def _make_library() -> None:
 def make() -> None:
     """Compile the programs and the library, fetch SDL and make ``build/games/prefix``.
 
-    What is there already is not made again.
+    Existing files are not made again.
 
     Raises
     ------

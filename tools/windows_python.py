@@ -20,7 +20,7 @@ from tools.wheel_trials import wine_path
 
 VERSION = "3.13"
 SITE = TREE / "build/windows/site"
-# What the tests import, in the versions that they have elsewhere.
+# Packages that the tests import, in the versions of other systems.
 _NEEDED = (
     "gymnasium", "hypothesis", "jsonschema", "matplotlib", "mcap", "numpy", "pyarrow", "pytest",
     "rich", "scipy", "starlette", "typer", "uvicorn", "websockets",

@@ -49,7 +49,7 @@ def publish(
             message.header.stamp = Time(nanoseconds=offset_ns + round(1e9 * time_s)).to_msg()
             message.position = [float(sample["angle_rad"])]
             message.velocity = [float(sample["speed_rad_s"])]
-            # What pushes the knob, but for the hand.
+            # Torques on the knob, without the hand's.
             message.effort = [float(sample["spring_torque_nm"] + sample["motor_command_nm"])]
             joint_states.publish(message)
             sent += 1

@@ -1,4 +1,4 @@
-"""What many knobs at once cost: control ticks and environment steps a second, one JSON line each.
+"""The cost of many knobs at once: control ticks and environment steps a second, one JSON line each.
 
 Closed loops with a wall and a hand at 1 kHz: by themselves, together with the same plant and with
 one of their own each, and with actions every step; the Gymnasium environment; and how much of that

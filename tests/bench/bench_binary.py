@@ -6,7 +6,7 @@ tells for one board, one scenario and one of the two what the paper's study meas
 
 - ``bounce``: a knob that turns at 18 rad/s is caught by a spring; how often it goes through the
   middle in a second, and the oscillation that is left;
-- ``push``: into a wall and out in 2.2 s; errors of what the hand feels, and the gap;
+- ``push``: into a wall and out in 2.2 s; errors of the felt torque, and the gap;
 - ``cut``: the string of a weight is cut; when the knob is out of the wall.
 
 A line with ``apart`` has the difference of what a hand feels of the two, root of the mean square
@@ -65,7 +65,7 @@ def _was_cut(rows: felt.Columns) -> dict[str, Any]:
 
 
 def _record(columns: felt.Columns) -> Record:
-    """Of a record, the study needs the columns by name alone."""
+    """A record for the study, which needs only columns by name."""
     return cast(Record, columns)
 
 
@@ -75,7 +75,7 @@ def _short(value: float) -> float:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What is done, with which law, and what is measured."""
+    """A run: actions, law and measured figures."""
 
     name: str
     law: str

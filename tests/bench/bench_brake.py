@@ -1,4 +1,4 @@
-"""What driving the brake's coil does to a wall, as JSON lines: gap, exit, sensor, and buzz.
+"""The effect of a driven brake coil on a wall, as JSON lines: gap, exit, sensor, and buzz.
 
 ``./dev bench brake`` runs the paper's push into a wall of 30 mN m a degree on a plant with
 electrics, at 20 kHz with 32,768 counts. A line tells for one law and one way to drive the coil
@@ -77,7 +77,7 @@ def fall_s(way: Way) -> float:
 
 
 def left_nm(way: Way) -> float:
-    """What a brake with hysteresis still holds half a second after 80 mN m."""
+    """The torque that a brake with hysteresis still holds half a second after 80 mN m."""
     plant = replace(PLANT, brake_hysteresis=BrakeHysteresis())
     still = PrescribedMotion(angle_rad=[(0.0, 0.0)])
     told = _told(LoopOptions(hand=still, control_period_ns=50_000), way)
@@ -90,7 +90,7 @@ def left_nm(way: Way) -> float:
 
 
 def rest(law: Law, way: Way, stiffness: Array) -> list[bool]:
-    """Which springs come to rest at every speed."""
+    """The springs that come to rest at every speed."""
     cases = []
     for k in stiffness:
         one = _told(runs.bounce_options(float(k), law, rate_hz=RATE_HZ), way)

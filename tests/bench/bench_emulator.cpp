@@ -1,4 +1,4 @@
-// What emulation costs, in CPU time of one core; prints one JSON object a line.
+// The cost of emulation in CPU time of one core; prints one JSON object a line.
 //
 //   device   the whole emulated device in closed loop, the host's end of the cable included
 //   part     each part of it alone, fed with what it was fed there
@@ -86,7 +86,7 @@ std::uint64_t drain(EmulatedDevice& device) {
   return samples;
 }
 
-/// What went in and out of the device's firmware in a closed loop.
+/// Inputs and outputs of the device's firmware in a closed loop.
 struct Recording {
   std::vector<Command> commands;
   std::vector<Angle> angles;

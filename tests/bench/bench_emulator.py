@@ -1,4 +1,4 @@
-"""What the emulated device costs, in CPU time of one core: one JSON line each.
+"""The cost of the emulated device in CPU time of one core: one JSON line each.
 
 The whole device in closed loop at 1 and 10 kHz with a wall, a hand and telemetry; plant and law
 alone in a loop, where each waits for the other; its parts alone, fed with what they were fed there,
@@ -118,7 +118,7 @@ def first_run_ms(params: PlantParams, repeats: int) -> float:
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=8.0, help="simulated in a repeat")
+    parser.add_argument("--seconds", type=float, default=8.0, help="simulated seconds of a repeat")
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument(
         "--program", type=Path, default=TREE / "build/release/tests/bench/bench_emulator"

@@ -1,4 +1,4 @@
-"""What each board does when one of its parts goes wrong, as JSON lines.
+"""Each board's reaction when one of its parts fails, as JSON lines.
 
 ``./dev bench guards`` runs each board's real firmware in its emulated chip, has it push into a wall
 with all that its motor may, and then has one of the dangers of ``tests/board/dangers.py`` happen.

@@ -1,4 +1,4 @@
-"""What the host side costs, in C++ and in Python.
+"""The cost of the host side, in C++ and in Python.
 
 Per command: play a wall, that is encode its reports, run the emulated device until it has
 answered, decode the answers. Per sample: record telemetry, that is run the emulated device for a
@@ -52,8 +52,8 @@ def run_python(commands: int, duration_s: float) -> tuple[float, float]:
 def main() -> None:
     """Take turns and print the medians."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--commands", type=int, default=2000, help="in a repeat")
-    parser.add_argument("--seconds", type=float, default=20.0, help="recorded in a repeat")
+    parser.add_argument("--commands", type=int, default=2000, help="commands of a repeat")
+    parser.add_argument("--seconds", type=float, default=20.0, help="recorded seconds of a repeat")
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument(
         "--program", type=Path, default=TREE / "build/release/tests/bench/bench_host"

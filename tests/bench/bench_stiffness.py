@@ -122,7 +122,7 @@ def stable_to(stiffness: Array, calm: Iterable[bool]) -> float:
 
 
 def islands(stiffness: Array, calm: Sequence[bool]) -> list[tuple[float, float]]:
-    """What comes to rest beyond the first that does not."""
+    """Springs that rest although a softer one does not."""
     found = []
     for is_calm, group in itertools.groupby(zip(stiffness, calm, strict=True), lambda x: x[1]):
         values = [round(float(k), 1) for k, _ in group]
@@ -133,7 +133,7 @@ def islands(stiffness: Array, calm: Sequence[bool]) -> list[tuple[float, float]]
 
 def step_response(loop: Loop, torque_nm: float = 5e-3) -> tuple[Array, Array]:
     """Time after a step of the command, small or not, and the share that the torque has reached."""
-    # The control period is that of the current loop, which is all that is looked at here.
+    # The control period is the current loop's, the only loop that counts here.
     fast = loop.electrics is not None and loop.electrics.predictive
     period_ns = 25_000 if fast else round(1e9 / loop.rate_hz)
     electrics = loop.electrics and replace(loop.electrics, sensor_noise_v=0.0, sensor_bits=24)

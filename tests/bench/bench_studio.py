@@ -1,4 +1,4 @@
-"""What the studio's page costs: one JSON line each.
+"""The cost of the studio's page: one JSON line each.
 
 The page runs in the distribution's Chromium, headless, whose picture the processor draws; with a
 graphics card it is less. CPU shares are counted, seconds of CPU in a second; the others are the

@@ -1,4 +1,4 @@
-"""What the USB side costs beside raw hidapi: one JSON line each.
+"""The cost of the USB side, compared with raw hidapi: one JSON line each.
 
 Round trips: a command that changes nothing (`disarm` of a disarmed knob) and its answer, by hidapi
 in C, by the SDK in C++ and by the Python package, in turns. Telemetry: at 4,000 samples a second,
@@ -288,10 +288,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", help="path of a knob, see `torsio list`, or `virtual`")
     parser.add_argument("--rounds", type=int, default=5, help="turns of the three clients")
-    parser.add_argument("--trips", type=int, default=400, help="round trips in a turn")
-    parser.add_argument("--rate-hz", type=float, default=4000.0, help="of telemetry")
-    parser.add_argument("--seconds", type=float, default=60.0, help="of telemetry")
-    parser.add_argument("--steps", type=int, default=5000, help="of a loop")
+    parser.add_argument("--trips", type=int, default=400, help="round trips of a client in a turn")
+    parser.add_argument("--rate-hz", type=float, default=4000.0, help="samples a second")
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of the telemetry")
+    parser.add_argument("--steps", type=int, default=5000, help="steps of a loop")
     parser.add_argument("--programs", type=Path, default=TREE / "build/release/tests/bench")
     arguments = parser.parse_args()
     if arguments.device is None:

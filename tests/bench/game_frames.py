@@ -22,7 +22,7 @@ def curve(time_s: Floats) -> Floats:
 
 
 def measures(time_s: Floats, torque: Floats) -> Line:
-    """Compare with the curve, of which the first second is not counted."""
+    """Compare with the curve, without its first second."""
     counted = time_s > 1
 
     def error(late_s: float) -> Floats:

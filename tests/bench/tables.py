@@ -26,7 +26,7 @@ BOARDS = ("pico2", "pico")
 
 Lines = list[dict[str, Any]]
 Tables = dict[str, list[list[str]]]
-"""By mark: rows, of which the first cells say which row of the page they replace."""
+"""By mark: rows. The first cells name the row of the page that is replaced."""
 
 
 def _percent(share: float, digits: int = 0) -> str:

@@ -292,7 +292,7 @@ export class Chip {
         if (unit.csr & 2) unit.timer.enable = false;
       };
     }
-    // Which units run, after each write that changed it.
+    // The running units, after each write that changed them.
     this.pwmStarts = [];
     const { pwm } = this.mcu;
     const write = pwm.writeUint32.bind(pwm);

@@ -19,8 +19,8 @@ BOARDS = os.environ.get(BOARDS_VARIABLE, "").split() or list(MODELS)
 
 def pytest_configure(config: pytest.Config) -> None:
     for marker in (
-        "one_board: many cases of what all boards have in common",
-        "slow_chip: what only an RP2040 has too little time for",
+        "one_board: many cases of code that all boards share",
+        "slow_chip: work that only an RP2040 has too little time for",
         "unguarded: needs firmware whose guards can be switched off, and runs with it alone",
         "boards_in_turn: takes long; the cases go to the boards in turn, unless all are asked for",
     ):

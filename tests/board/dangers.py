@@ -1,4 +1,4 @@
-"""What can go wrong with a board's parts: how it is brought about, and what the board does then."""
+"""Faults of a board's parts: how a test makes them, and the board's reaction."""
 
 from __future__ import annotations
 
@@ -337,10 +337,10 @@ def arm_while_bridge_wakes(board: EmulatedPico, waking_ms: float) -> int:
 
 @dataclass(frozen=True)
 class Left:
-    """What a board without a guard still does when its guard would have long switched off."""
+    """The outputs of a board without a guard, long after the guard would have acted."""
 
     motor_share: float
-    """Of the supply's voltage."""
+    """A share of the supply's voltage."""
     amperes: float
 
 

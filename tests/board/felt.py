@@ -1,4 +1,4 @@
-"""What a hand feels of a board, real binary or emulated device: the paper's three scenarios.
+"""A hand on a board, real binary or emulated device: the paper's three scenarios.
 
 Everything that the board is told goes over its USB endpoints, and keep-alives as a host sends them.
 """
@@ -234,7 +234,7 @@ def finish(bench: Bench, zero_s: float) -> Columns:
 
 @dataclass(frozen=True)
 class RunAway:
-    """What became of a knob whose parts say other things than the truth."""
+    """The end of a knob whose parts lie."""
 
     off_s: float | None
     """When motor and brake went off; None: not at all."""
@@ -306,7 +306,7 @@ def watch_run_away(bench: Bench, hand: Hand, within_s: float) -> RunAway:
 
 @dataclass(frozen=True)
 class Pressed:
-    """What a knob that was pressed into a wall came to."""
+    """The state of a knob after a press into a wall."""
 
     off_s: float | None
     """When motor and brake went off; None: not at all."""
@@ -397,13 +397,13 @@ def let_go(bench: Bench, within_s: float) -> Columns:
 
 @dataclass(frozen=True)
 class TickCost:
-    """What a tick inside one wall costs. Instructions and times are the most that was seen."""
+    """The cost of a tick inside one wall: the most instructions and time that were seen."""
 
     instructions: int
     tick_time_ns: int
     """As the board itself says in its health report: from the encoder to the PWM's levels."""
     interrupt_share: float
-    """Of the processor's time, all rounds of the current loop included."""
+    """Share of the processor's time, with all rounds of the current loop."""
 
 
 def lean(bench: Bench, stiffness: float, torque_nm: float) -> None:

@@ -38,7 +38,7 @@ STRINGS = ("languages", "manufacturer", "product", "serial", "control", "game")
 
 @dataclass(frozen=True)
 class Model:
-    """What the tests must know of a board."""
+    """Facts about a board."""
 
     name: str
     number: int  # on the wire
@@ -54,7 +54,7 @@ class Model:
         """Return by how much its current loop trails, as a configuration begins with it.
 
         In each period it goes so much of the way, at 10 kHz, or a tenth of the control rate of the
-        simple loop; the predictive one has to wait for a period first. What is missing adds up.
+        simple loop; the predictive one has to wait for a period first. The missing parts add up.
         """
         period_s = 1e-9 * self.step_ns
         predicts = self.chip == "rp2350"
@@ -388,7 +388,7 @@ def make_parts() -> None:
 
 
 def confirm(pico: EmulatedPico) -> None:
-    """Say that the parts are those of the configuration: from then on nothing is held low."""
+    """Confirm the configured parts. Then the board gives full torque."""
     assert pico.set("board_config", confirmed="on")["status"] == 0
     assert pico.set("calibration_config", values_are="stated")["status"] == 0
 

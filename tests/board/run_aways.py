@@ -1,4 +1,4 @@
-"""What could throw a knob: how it is brought about on a board that is coupled to the plant."""
+"""Faults that could throw a knob, made on a board that is coupled to the plant."""
 
 from __future__ import annotations
 

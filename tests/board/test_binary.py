@@ -11,7 +11,7 @@ from tests.bench import bench_binary
 from tests.bench.bench_binary import BINARY, EMULATED, NOISE, SCENARIOS, Scenario
 from tests.board import felt, pico
 
-# What docs/results.md says of how far apart binary and emulated device may be, in N m: root of the
+# The difference of binary and emulated device by docs/results.md, in N m: root of the
 # mean square, and the most.
 BOUNDS_NM = {"push": (1e-3, 4e-3), "bounce": (2e-3, 30e-3), "cut": (1e-3, 4e-3)}
 # The same if either may be a millisecond late: a bounce has steps of more than 20 mN m in one.
@@ -26,13 +26,13 @@ def _cells(document: str, pattern: str) -> list[list[float]]:
 
 
 def _told(pattern: str, kind: str) -> list[float]:
-    """Of a row of the table in docs/results.md, what it says of the chosen board."""
+    """The chosen board's cells in a row of docs/results.md."""
     cells = _cells("results.md", pattern)
     return cells[2 * ["pico2", "pico"].index(pico.chosen.name) + (kind != BINARY)]
 
 
 def _told_apart(scenario: Scenario, kind: str) -> list[float]:
-    """Of the rows about how far apart they are, which follow each other as the scenarios do."""
+    """The rows of differences, in the order of the scenarios."""
     text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| \| apart: binary; other noise \| (.*) \|$", text, re.MULTILINE)
     cells = rows[SCENARIOS.index(scenario)].split(" | ")

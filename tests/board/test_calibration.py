@@ -95,7 +95,7 @@ def test_currents_of_a_held_knob_tell_its_resistance_through_the_binary(number: 
             ((less, less.charge_c), (more, more.charge_c)),
         )
     )
-    # What the bridge takes for itself is in both.
+    # Both include the bridge's own current.
     resistance = (volts[1] - volts[0]) / (amperes[1] - amperes[0])
     truth = seen_truth(board_plant(hidden), constant_known=False)["motor_resistance_ohm"]
     assert resistance == pytest.approx(truth, rel=0.03)

@@ -162,7 +162,7 @@ def test_so_many_damped_walls_fit(law: str, most: int) -> None:
 
 
 def _let_go_s(rows: Columns, share: float) -> float:
-    """How long the coil takes to so much of what it had."""
+    """How long the coil takes to fall to a share of its current."""
     held_a = np.mean(rows["coil_a"][(rows["time_s"] > -5e-3) & (rows["time_s"] < 0.0)])
     assert held_a > 0.03
     return float(rows["time_s"][(rows["time_s"] > 0.0) & (rows["coil_a"] < share * held_a)][0])

@@ -14,7 +14,7 @@ from tests.board.live import live_knob
 from torsio.telemetry import Record
 
 WALL = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=math.degrees(30e-3))
-DEEPEST_RAD = WALL.angle_rad + 0.06  # of what the hand means; some 70 mN m
+DEEPEST_RAD = WALL.angle_rad + 0.06  # the hand's aim; some 70 mN m
 MOVE_S, HOLD_S = 0.12, 0.04
 
 
@@ -66,7 +66,7 @@ def test_program_feels_the_wall_of_a_binary_as_that_of_the_emulated_device() -> 
         wanted_nm = -WALL.stiffness_nm_per_rad * (log["angle_rad"][inside] - WALL.angle_rad)
         error_nm = felt_nm(log)[inside] - wanted_nm
         assert float(np.sqrt(np.mean(error_nm**2))) < 5e-3
-    # Of the same depth the same torque, whenever it was that deep.
+    # The same depth has the same torque at any time.
     depth = np.linspace(0.01, min(deepest) - WALL.angle_rad - 2e-3, 20)
     for way in (slice(None, None), slice(None, None, -1)):
         found = []

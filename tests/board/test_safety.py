@@ -1,4 +1,4 @@
-"""What keeps a hand safe and a configuration whole."""
+"""The guards that keep a hand safe and a configuration whole."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def _binary_info(pages: dict[int, bytes]) -> dict[int, bytes]:
     assert mark == 0xE71AA390
     moves: list[
         tuple[int, ...]
-    ] = []  # source, first and end address, of what the start copies into RAM; 0 ends it
+    ] = []  # source, first and end address of the copies into RAM at the start; 0 ends the list
     while (move := struct.unpack_from("<3I", image, copied - FLASH_BASE + 12 * len(moves)))[0]:
         moves.append(move)
 

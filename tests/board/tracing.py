@@ -1,4 +1,4 @@
-"""What a board's program gives its device and gets of it, call by call; the same on this machine.
+"""The calls between a board's program and its device, and the same calls on this machine.
 
 The program is the file that ships. Its places are found by their symbols; nothing is compiled in.
 """

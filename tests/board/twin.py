@@ -34,7 +34,7 @@ class Twin:
         return 1e-9 * self._device.time_ns
 
     def set_hand(self, hand: Hand) -> None:
-        """Let another hand take over; its times are those of this world."""
+        """Let another hand take over; its times are this world's."""
         self._device.set_hand(hand)
 
     def record(self) -> Any:

@@ -45,11 +45,11 @@ class World:
 
     @property
     def time_s(self) -> float:
-        """What has passed here since a board was coupled."""
+        """Seconds since the board was coupled."""
         return 1e-9 * PERIOD_NS * self.periods
 
     def set_hand(self, hand: Hand) -> None:
-        """Let another hand take over; its times are those of this world."""
+        """Let another hand take over; its times are this world's."""
         self.plant.set_hand(hand)
 
     def pass_period(

@@ -202,8 +202,8 @@ def report(numbers: Sequence[tuple[str, str]]) -> int:
 def main(arguments: Sequence[str]) -> int:
     """Build and run all ways; return the exit status."""
     parser = argparse.ArgumentParser(prog="./dev determinism", description=__doc__)
-    parser.add_argument("--seconds", type=int, default=60, help="of each knob's life (60)")
-    parser.add_argument("--knobs", type=int, default=32, help="how many knobs (32)")
+    parser.add_argument("--seconds", type=int, default=60, help="length of each knob's life (60)")
+    parser.add_argument("--knobs", type=int, default=32, help="number of knobs (32)")
     parser.add_argument("--only", default="", help="part of the names of the ways to build")
     options = parser.parse_args(arguments)
     ways = [way for way in WAYS if options.only in way.name]

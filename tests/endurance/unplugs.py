@@ -339,9 +339,9 @@ def pull(
 def main(arguments: Sequence[str]) -> int:
     """Run trials and tell of them; return the exit status."""
     parser = argparse.ArgumentParser(prog="./dev unplugs", description=__doc__)
-    parser.add_argument("count", nargs="?", type=int, default=1000, help="how many (1000)")
-    parser.add_argument("--seed", type=int, default=1, help="of states' moments (1)")
-    parser.add_argument("--kernel", default="", help="that a guest boots: 6.1, 6.12")
+    parser.add_argument("count", nargs="?", type=int, default=1000, help="number of unplugs (1000)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the moments (1)")
+    parser.add_argument("--kernel", default="", help="kernel of the guest: 6.1, 6.12")
     options = parser.parse_args(arguments)
     if options.kernel:
         return in_guest(options.kernel, options.count, options.seed)

@@ -144,8 +144,10 @@ def main(arguments: Sequence[str]) -> int:
     """Run targets and tell what they found; return the exit status."""
     parser = argparse.ArgumentParser(prog="./dev fuzz", description=__doc__)
     parser.add_argument("what", nargs="*", help="names of targets (all), and seconds for each (60)")
-    parser.add_argument("--seed", type=int, default=0, help="of the inputs (another in every run)")
-    parser.add_argument("--keep", action="store_true", help="add to the kept corpus afterwards")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the inputs (by default another in every run)"
+    )
+    parser.add_argument("--keep", action="store_true", help="add new inputs to the kept corpus")
     options = parser.parse_args(arguments)
     numbers = [word for word in options.what if re.fullmatch(r"\d+(\.\d+)?", word)]
     names = [word for word in options.what if word not in numbers] or targets()

@@ -387,8 +387,10 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
 def main(arguments: Sequence[str]) -> int:
     """Try random mutants, tell which live, and return the exit status."""
     parser = argparse.ArgumentParser(prog="./dev mutate", description=__doc__)
-    parser.add_argument("--random", type=int, required=True, metavar="N", help="how many to draw")
-    parser.add_argument("--seed", type=int, default=1, help="of the draw; 1 unless given")
+    parser.add_argument(
+        "--random", type=int, required=True, metavar="N", help="number of mutants to draw"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of the draw; 1 if unset")
     parser.add_argument("--tinyusb", default="", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     copy_tree()

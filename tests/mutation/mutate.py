@@ -265,8 +265,8 @@ def main(arguments: Sequence[str]) -> int:
     if any(word.startswith("--random") for word in arguments):
         return hunt.main(arguments)
     parser = argparse.ArgumentParser(prog="./dev mutate", description=__doc__)
-    parser.add_argument("only", nargs="*", help="numbers of mutants, or parts of what they say")
-    parser.add_argument("--all", action="store_true", help="forget the killers that are known")
+    parser.add_argument("only", nargs="*", help="numbers of mutants, or parts of their text")
+    parser.add_argument("--all", action="store_true", help="forget the known killers")
     parser.add_argument("--list", action="store_true", help="only list the mutants")
     parser.add_argument("--tinyusb", default="", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""What the law calibrated tells of energy, against telemetry and the emulated knob's truth."""
+"""The energies of the law calibrated, against telemetry and the emulated knob's truth."""
 
 from __future__ import annotations
 

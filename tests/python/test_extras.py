@@ -1,4 +1,4 @@
-"""What works with NumPy alone, and what says which extra it lacks."""
+"""Functions that need NumPy alone, and others that name the extra they lack."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hands that are functions of what the knob does."""
+"""Hands that are functions of the knob's motion."""
 
 from __future__ import annotations
 

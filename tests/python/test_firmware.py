@@ -177,7 +177,7 @@ class StandIn:
         (root / "proc").mkdir()
         (root / "proc/mounts").write_text("proc /proc proc rw 0 0\n", encoding="ascii")
 
-    # What the library would do with hardware.
+    # As the library does with hardware.
 
     def list_devices(self) -> list[torsio.ListedDevice]:
         emulated = torsio.list_devices()[-1:]

@@ -1,4 +1,4 @@
-"""What a new user does wrong in the first hour, and what he is told."""
+"""Mistakes of a new user's first hour, and the errors that explain them."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_torque_that_no_motor_gives_and_angles_in_degrees_are_told() -> None:
         ):
             with pytest.warns(torsio.SceneWarning, match=said):
                 knob.play(scene)
-        # What a knob may be asked for.
+        # Calls that a knob may get.
         knob.play(
             [torsio.Constant(torque_nm=1.5 * motor_nm), torsio.Spring(stiffness_nm_per_rad=1)]
         )

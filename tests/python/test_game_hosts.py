@@ -1,4 +1,4 @@
-"""What real hosts say to the game interface, played back, against what must be felt.
+"""Recorded reports of real hosts to the game interface, against the torque that must come.
 
 The reports are those that Wine's DirectInput and Linux's driver make of effects, kept by
 ``python -m tests.vm.record_hosts``: a short form of ``./dev test games``.

@@ -1,4 +1,4 @@
-"""What `torsio games` and the monitor tell of a game, and what `torsio games set` keeps."""
+"""`torsio games` and the monitor show a game; `torsio games set` keeps its settings."""
 
 from __future__ import annotations
 

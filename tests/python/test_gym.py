@@ -300,7 +300,7 @@ def test_video_of_an_episode_is_recorded_by_gymnasiums_own_wrapper() -> None:
 
 
 class _VecEnv:
-    """What Stable-Baselines3's base class does for an adapter; its package brings PyTorch."""
+    """Stands for the base class of Stable-Baselines3, whose package brings PyTorch."""
 
     def __init__(self, num_envs: int, observation_space: Any, action_space: Any) -> None:
         self.num_envs, self._seeds = num_envs, [7] * num_envs

@@ -51,7 +51,7 @@ def test_interrupt_ends_call_at_once(call: str) -> None:
         assert process.stdout.readline() == "ready\n"
         time.sleep(0.3)
         process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=20)  # a third of what the calls take
+        output, errors = process.communicate(timeout=20)  # a third of the calls' time
     finally:
         process.kill()
     assert "KeyboardInterrupt" in errors
@@ -61,7 +61,7 @@ def test_interrupt_ends_call_at_once(call: str) -> None:
 
 @pytest.mark.parametrize("call", ["record", "sleep", "telemetry"])
 def test_interrupt_from_within_the_process_ends_call_at_once(call: str) -> None:
-    # What Ctrl-C does on Windows too, where no process can send it to another.
+    # The same as Ctrl-C on Windows, where no process can send it to another.
     timer = "threading.Timer(0.3, _thread.interrupt_main).start(); "
     program = "import _thread, threading" + PROGRAM.format(call=timer + CALLS[call])
     result = subprocess.run(

@@ -1,4 +1,4 @@
-"""What the knob does for a user: scenes, states, telemetry, configuration, waiting."""
+"""The knob for a user: scenes, states, telemetry, configuration, waiting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a knob tells of its motor's current and voltage, against its plant's truth."""
+"""The reported current and voltage of the motor, against the plant's truth."""
 
 from __future__ import annotations
 

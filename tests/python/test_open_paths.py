@@ -20,7 +20,7 @@ except torsio.DeviceNotFound as error:
 
 
 def _message(path: str, locks: Path) -> str:
-    """What opening a path says, in a process of its own that may crash."""
+    """Open a path in a process of its own, which may crash, and return its words."""
     result = subprocess.run(
         [sys.executable, "-c", PROGRAM, path],
         capture_output=True,

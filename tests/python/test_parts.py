@@ -1,4 +1,4 @@
-"""Parts of the emulated plant, named from Python. What is expected comes from closed forms."""
+"""Parts of the emulated plant, named from Python. Expected values come from closed forms."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ def test_counts_in_the_telemetry_are_enough_for_a_replay(tmp_path: Path) -> None
             knob.arm()
             knob.sleep(0.7)
             knob.disarm()
-            # What happens while no sample is sent nobody knows, so nothing does.
+            # Nobody knows what happens without samples, so nothing happens here.
             knob.sleep(0.6)
             knob.update(law="compensated")
             knob.start_telemetry(4000.0)

@@ -36,7 +36,7 @@ def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_
 def with_steps(
     stiffness_nm_per_rad: float, actuator: torsio.ActuatorConfig, control: torsio.ControlConfig
 ) -> float:
-    """What the encoder's steps leave of it: (8') of docs/explanation/theory.md."""
+    """The bound with the encoder's steps: (8') of docs/explanation/theory.md."""
     most_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     rad_per_count = 2.0 * math.pi / actuator.counts_per_rev
     return 1.0 / (1.0 / stiffness_nm_per_rad + rad_per_count / most_nm)

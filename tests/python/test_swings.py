@@ -1,6 +1,6 @@
-"""`play` and `stream_local_model` warn of what will swing, whatever it is made of.
+"""`play` and `stream_local_model` warn of every scene that will swing.
 
-What really swings is tried: the knob is pushed once, let go, and looked at long after.
+The test tries what really swings: the knob is pushed once, let go, and looked at long after.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a device reports reaches Python in SI units, field by field."""
+"""A device's reports reach Python in SI units, field by field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a scene needs: against closed forms, independent counts, and theory."""
+"""The needs of a scene, against closed forms, independent counts, and theory."""
 
 from __future__ import annotations
 

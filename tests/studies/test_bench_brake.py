@@ -1,4 +1,4 @@
-"""What the results say of the brake's coil is what its benchmark measures."""
+"""The benchmark measures the figures of the brake's coil on the page of results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_table_of_the_coil_s_drives_is_the_benchmark_s(row: tuple[str, ...]) -> 
     law, way = cast(Law, row[0]), WAYS[row[1]]
     gap_mnm, error_percent, fall_ms, exit_ms = map(float, row[2:6])
     push = bench_brake.pushed(law, way)
-    # What the page's last digits say.
+    # The last digits on the page.
     assert 1e3 * push.torque_gap_nm == pytest.approx(gap_mnm, abs=0.06)
     assert 100 * push.tracking_rms_out == pytest.approx(error_percent, abs=0.06)
     assert 1e3 * bench_brake.fall_s(way) == pytest.approx(fall_ms, abs=0.6)

@@ -1,4 +1,4 @@
-"""What the bench of current loops measures, beside what the parts alone say."""
+"""The bench of current loops measures what the parts alone predict."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.bench import bench_stiffness as bench
 LAGS_S = {"pico2": 44e-6, "pico": 160e-6}
 
 
-# Of the table in docs/results.md: board, loop, lag, -3 dB, noise, and up to where springs rest.
+# Columns in docs/results.md: board, loop, lag, -3 dB, noise, and up to where springs rest.
 ROWS = re.findall(
     r"^\| `(\w+)`, \d+ kHz \| (.+?) \| ([\d.]+ [um]s) \| ([\d.]+) kHz \| ([\d.]+) mN m \| (.+) \|$",
     (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8"),

@@ -53,7 +53,7 @@ def test_wall_is_as_good_with_what_was_found_as_with_the_true_values(
 ) -> None:
     for row in rows:
         assert 0.0 < row["wall_found"] <= 1.2 * row["wall_true"]
-    # What the device knows of its parts before is far from that.
+    # The device's configuration is far from the truth.
     plant = hidden_knob(1000).plant
     with emulated(plant) as knob:
         believed = knob.actuator_config()
@@ -66,7 +66,7 @@ def test_error_in_a_wall_is_the_same_wherever_the_knob_lies_in_a_count() -> None
     plant = hidden_knob(1005).plant
     one, other = (wall_error(replace(plant, encoder_phase_counts=phase)) for phase in (0.0, 0.37))
     assert one == other
-    # Of one place it is luck.
+    # A single place would be luck.
     options = push_options(WALL_NM_PER_RAD, "calibrated", rate_hz=RATE_HZ, plant=plant)
     there = [
         run_push(replace(options, plant=replace(plant, encoder_phase_counts=phase)))[1]

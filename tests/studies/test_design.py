@@ -243,7 +243,7 @@ def test_study_killed_in_the_middle_goes_on_where_it_was(tmp_path: Path) -> None
     for path, data in kept.items():
         assert path.read_bytes() == data
 
-    # What was resumed equals what is computed in one go.
+    # A resumed run equals an uninterrupted one.
     work = list(devices.batches(DEVICES, 3, "paper", 4))
     settings = {"evaluation": devices.EVALUATION, "law": "paper", "batch_size": 4}
     rows = Store(folder, settings).read(work[:1])["sample"]

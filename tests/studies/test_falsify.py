@@ -32,7 +32,7 @@ def test_corners_of_the_space_can_all_be_simulated() -> None:
 
 
 def test_search_finds_that_a_law_without_a_bound_buzzes() -> None:
-    """What swings is known here: a stiff spring, and a motor that answers late."""
+    """Known swings: a stiff spring, and a motor that answers late."""
     for batch in batches(28, 64, "compensated"):
         case = batch.designs[0]
         if (case.scene, case.hand) == ("spring", "thrown"):

@@ -55,7 +55,7 @@ def test_cheaper_methods_err_as_their_order_says_and_smoothed_friction_never_get
         return relative_error(plant.drive(motor, brake), truth)
 
     assert error("exact", 1000) < 1e-9
-    # Of 24 bits some are lost to sums and differences, and most are kept.
+    # Sums and differences lose some of 24 bits and keep most.
     assert 2.0**-24 < error("exact_single", 1000) < 2.0**-14
     assert error("trapezoid", 10) < 0.1 * error("trapezoid", 250) < 0.1
     assert error("semi_implicit", 10) < 0.2 * error("semi_implicit", 250)

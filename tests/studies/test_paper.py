@@ -1,4 +1,4 @@
-"""What must come out on the reference actuator, comes out."""
+"""The reference actuator gives the paper's results."""
 
 from __future__ import annotations
 
@@ -238,7 +238,7 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
     assert with_it["tracking_out"] < without["tracking_out"]
     # Walls in which a mass needs more than the 10 ms that are aimed at.
     assert turned * math.sqrt(inertia / math.degrees(25e-3)) > aims["aims"]["slowest_exit_s"]
-    # What each step is said to be worth.
+    # The stated gain of each step.
     assert unknown["torque_gap_nm"] < 0.2 * paper["torque_gap_nm"]
     for name in ("tracking_out", "torque_gap_nm", "soft_torque_gap_nm", "sensor_rms_nm"):
         assert calibrated[name] < 0.7 * unknown[name]

@@ -21,7 +21,7 @@ PAGE = Path(__file__).parents[2] / "build/studio/page"
 AXE = Path(__file__).parents[2] / "studio/node_modules/axe-core/axe.min.js"
 # More than what is on its way when a hand moves, and a few of the slowest readout.
 STILL_SAMPLES = 800
-# Chromium asks its maker's servers for many things, all of which would wait for nothing here.
+# Chromium asks its maker's servers for many things. Each would wait in vain here.
 _OPTIONS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update"),

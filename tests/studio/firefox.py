@@ -20,7 +20,7 @@ from websockets.sync.client import ClientConnection, connect
 # Longer than any loaded machine takes: nothing here is about time.
 _PATIENCE_S = 240.0
 _LOOK_S = 0.1
-# Firefox asks its maker's servers for many things, all of which would wait for nothing here.
+# Firefox asks its maker's servers for many things. Each would wait in vain here.
 _PREFERENCES = {
     "services.settings.server": "data:,#remote-settings-dummy/v1",
     "app.normandy.enabled": False,

@@ -1,4 +1,4 @@
-// What a page says of a device that lies, speaks another protocol, or says nothing at all.
+// The page's words for a device that lies, speaks another protocol, or is silent.
 
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
@@ -163,7 +163,7 @@ test("disarming waits for nothing, and keeps the device's watchdog awake no long
   device.ops = [];
   const disarmed = assert.rejects(knob.disarm(), /did not answer/);
   assert.deepEqual(device.ops, ["disarm"]);
-  // What was on its way says that it is armed still.
+  // A report that was under way says that it is still armed.
   answer(encode("acknowledgement", { state: "armed", owner: "sdk", sequence: 999 }));
   for (let i = 0; i < 6; ++i) {
     await settled();

@@ -143,7 +143,7 @@ def test_page_says_why_the_torque_went(browser: Browser, address: str) -> None:
 
 
 def test_command_keeps_the_knob_armed_while_its_page_is_late(address: str) -> None:
-    """Of a page that is busy no sign of life comes; the knob's watchdog counts in its own time."""
+    """A busy page gives no sign of life; the knob's watchdog counts in its own time."""
     watchdog_s, control_hz = 1.0, 4000.0
     with _socket(address) as socket:
         socket.recv(timeout=30)
@@ -211,7 +211,7 @@ def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address
             server.send(message)
 
         def to_page(message: str | bytes) -> None:
-            if message != bytes([TAKEN]):  # of what it did not ask
+            if message != bytes([TAKEN]):  # answers to others' questions
                 route.send(message)
 
         # Before the page's first word; the knob waits a minute for the next one.

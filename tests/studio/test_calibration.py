@@ -60,7 +60,7 @@ def test_page_measures_shows_and_keeps_what_it_found_when_told(
 
 
 class _Page:
-    """What the server knows of a page: it says `sayings`, and goes `away` after a step."""
+    """A page for the server: it says `sayings`, and goes `away` after a step."""
 
     def __init__(self, *sayings: Any, away: str = "") -> None:
         self.told: list[dict[str, Any]] = []

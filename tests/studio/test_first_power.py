@@ -45,7 +45,7 @@ def test_first_power_stops_the_motor_in_a_tab_that_is_hidden(browser: Browser, s
         page.click("#first-power summary")
         _step(page, "Motor").locator("button").click()
         expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
-        # Of which the browser draws no picture any more.
+        # The browser draws no picture of it any more.
         page.evaluate("window.requestAnimationFrame = () => 0")
         page.click("#arm")
         expect(_step(page, "Motor").locator("input")).to_be_checked()
@@ -73,7 +73,7 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
         for _ in range(24):
             page.keyboard.press("PageUp")
         expect(done["Encoder"]).to_be_checked()
-        # What needs a meter it cannot see; the others go on by themselves.
+        # It cannot see steps with a meter; the others go on by themselves.
         expect(present).to_have_text("Supply")
         page.keyboard.press("Backspace")
         assert "close its contact to ground" in page.evaluate(PRESSED_BETWEEN_TWO_PICTURES)

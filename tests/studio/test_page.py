@@ -38,7 +38,7 @@ FLOAT = 1e-6
 
 
 def _shared(wanted_nm: float, sensed_nm: float) -> tuple[float, float]:
-    """What motor and brake are given: (3) and (4) of docs/explanation/theory.md with beta 0.5."""
+    """The commands of motor and brake: (3) and (4) of docs/explanation/theory.md with beta 0.5."""
     helps = wanted_nm * sensed_nm >= 0
     return (wanted_nm - sensed_nm, abs(wanted_nm) / 2) if helps else (wanted_nm, 0.0)
 
@@ -145,7 +145,7 @@ def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
         expect(page.locator("#message")).to_have_text(
             "effect 0 (spring): stiffness_nm_per_rad is -1, allowed are 0 to 1000000 N m/rad"
         )
-        # What is refused is not to be copied.
+        # A refused scene cannot be copied.
         expect(page.locator("#copy-python")).to_be_disabled()
         page.fill("#effects input[name=stiffness_nm_per_rad]", "0.05")
         expect(page.locator("#copy-python")).to_be_enabled()
@@ -286,7 +286,7 @@ def test_configuration_is_checked_applied_compared_and_kept_in_a_file(
         card.locator("input[name=beta]").fill("0.25")
         card.locator("button.apply").click()
         expect(page.locator("#control_config .differences")).to_be_empty()
-        # What a player sets without a program.
+        # Settings of a player without a program.
         games = page.locator("#game_config")
         games.locator("summary").click()
         wanted = {"range_deg": 360, "gain": 0.5, "end_stiffness_nm_per_rad": 1}
@@ -317,7 +317,7 @@ def test_configuration_is_checked_applied_compared_and_kept_in_a_file(
             page.set_input_files("#import-configuration", saved)
             expect(page.locator("#message")).to_contain_text(said)
 
-        # What is applied on one card leaves alone what was edited on another.
+        # Applying one card keeps the edits of another.
         saved.write_text('{"control_config": {"beta": 0.75}, "game_config": {"gain": 0.25}}')
         page.set_input_files("#import-configuration", saved)
         expect(games.locator(".differences")).to_have_text("gain: 0.5 in the knob, 0.25 here")

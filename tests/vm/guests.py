@@ -29,9 +29,9 @@ TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
 # Many times what a guest takes of an idle processor without KVM, see docs/reference/usb.md: a busy
 # host may take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
-# What runs there: tests of its own, and those of the Python API, over USB.
+# Tests that run there: the guest's own, and the Python API's, over USB.
 PATHS = "tests/vm/guest tests/python/test_knob.py"
-# What they start.
+# Programs that they start.
 PROGRAMS = (
     "build/release/emulator/usbip/torsio_virtual_knob "
     "build/asan-ubsan/tests/cpp/torsio_attached_tests"
@@ -89,7 +89,7 @@ def guest_tests(kernel: str) -> list[str]:
     if GAMES_VARIABLE in os.environ:
         if kernel in _fetched(KERNELS):
             return [test for wanted, test in _collected() if wanted == WITH_GAMES]
-        # What one of the kernels in use is enough for runs on these too.
+        # Tests for which one kernel is enough run on these too.
         games = [test for wanted, test in _collected() if wanted != WITH_GAMES]
         return [test for test in games if "/test_game" in test]
     # Where only one kernel is booted, it runs everything.

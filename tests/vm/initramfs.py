@@ -9,7 +9,7 @@ import shutil
 import stat
 from pathlib import Path
 
-# What a test needs from the kernel besides what is built in. What these depend on comes along.
+# Modules that a test needs beside the kernel's built-in ones. Their dependencies come along.
 MODULES = (
     "virtio_pci",
     "9pnet_virtio",

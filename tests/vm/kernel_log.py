@@ -1,4 +1,4 @@
-"""What in a kernel's log is worth a complaint."""
+"""Lines of a kernel's log that are worth a complaint."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections.abc import Collection
 
 WARNING = 4  # levels up to this one are warnings and worse
 
-# init.sh says so before it loads the first module. What is older speaks of the processor and the
+# init.sh says so before it loads the first module. Earlier lines are about the processor and the
 # board that QEMU makes up, differs from one kernel to the next, and never of USB.
 MARK = "torsio: boot noise ends here"
-# What is harmless later, as regular expressions of whole lines, each with the reason.
+# Harmless later lines, as regular expressions of whole lines, each with the reason.
 HARMLESS = (
     # The virtual host controller knows high and low speed by name, and says this of full speed.
     # From 7.0 on or so kernels name the device twice.
     r"vhci_hcd(?: vhci_hcd\.\d+)?: vhci_device speed not set",
 )
-# What is harmless only in tests that provoke it, by the mark that these carry.
+# Lines that are harmless only in tests that provoke them, by the tests' mark.
 HARMLESS_WITH_MARK = {
     # Between the end of the connection and the moment when the rest of the kernel hears of it,
     # drivers and programs go on asking, and the virtual host controller says:
@@ -29,7 +29,7 @@ HARMLESS_WITH_MARK = {
     "kernels_own_tests": (
         # The driver says so at the level of errors when it unlinks a transfer that is just ending.
         r"usbtest [0-9-]+:1\.0: unlink retry",
-        # What usbhid says of a knob whose endpoints seem to be for bulk.
+        # usbhid's words for a knob whose endpoints seem to be for bulk.
         r"usbhid [0-9-]+:1\.0: couldn't find an input interrupt endpoint",
     ),
     # Linux drops a game's report for which its queue has no place.

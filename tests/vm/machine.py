@@ -12,7 +12,7 @@ from tests.vm import initramfs
 
 TREE = Path(__file__).parent.parent.parent
 ACCELERATOR_VARIABLE = "TORSIO_VM_ACCEL"
-# What NumPy's wheels ask of a processor, with cx16, which qemu64 has.
+# Features of a processor that NumPy's wheels need; qemu64 has cx16.
 _FEATURES = "+ssse3,+sse4.1,+sse4.2,+popcnt"
 _PROCESSOR = f"qemu64,{_FEATURES}"
 # An emulated processor takes one nanosecond of the guest's time for an instruction; where it waits,
@@ -133,7 +133,7 @@ def _folder(tag: str, path: Path, options: str) -> tuple[str, ...]:
 def accelerator(kernel: Path) -> str:
     """Return "kvm" where a machine comes up with it, else "tcg", which is emulation.
 
-    The environment variable ``TORSIO_VM_ACCEL`` decides without a try. What came out of a try is
+    The environment variable ``TORSIO_VM_ACCEL`` decides without a try. The result of a try is
     kept in the kernel's folder.
 
     Raises

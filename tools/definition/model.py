@@ -149,7 +149,7 @@ class Field:
 
     @property
     def name_on_wire(self) -> str:
-        """What the report calls it."""
+        """The field's name in the report."""
         return self.wire_name or self.name
 
 
@@ -161,7 +161,7 @@ class Structure:
     doc: str
     fields: tuple[Field, ...]
     notes: str = ""
-    """What a user must know beyond the sentence."""
+    """More for the user, after the first sentence."""
     wire_doc: str = ""
     """For the protocol's page, if users are told something else."""
     id: int | None = None
@@ -244,7 +244,7 @@ def whole(
 
 
 def any_whole(name: str, wire: str, doc: str = "", *, default: int = 0) -> Field:
-    """Make a whole number of which every value has a meaning."""
+    """Make a whole number without a range: every value has a meaning."""
     return Field(name, "whole", doc, default=default, wire=wire, host=SCALARS[wire][0])
 
 
@@ -371,12 +371,12 @@ def told(name: str, host: str, doc: str = "", unit: str = "", *, default: Number
 
 @dataclass(frozen=True)
 class ReportUnit:
-    """What a report counts in, which users are told in SI units."""
+    """A unit that a report counts in. Users get SI units."""
 
     ending: str = ""
-    """Of the name in the report."""
+    """End of the name in the report."""
     told_ending: str = ""
-    """Of the name that users know."""
+    """End of the name that users see."""
     in_si: str = ""
     """In C++, of `counted`, a `Number`; `device` has identified itself."""
 

@@ -134,13 +134,13 @@ def _note(field: Field) -> str:
 
 
 def data_class(of: Structure, *, told: bool = False) -> str:
-    """Write a data class. What is `told` is only ever made by the library, so it has no defaults."""
+    """Write a data class. With `told` only the library makes it, so it has no defaults."""
     # The base classes that are named derive from this one too.
     base = of.base or ("" if told else "checks.ByName")
     out = f"\n\n@dataclass(frozen=True)\nclass {of.name}{f'({base})' if base else ''}:\n{_docstring(of)}\n"
     required = [f for f in of.host_fields if _default(f, told) == ""]
     others = [f for f in of.host_fields if _default(f, told) != ""]
-    # Which function is meant needs no name; which number does.
+    # A single function needs no name at the call; numbers do.
     functions = [f for f in required if f.host == "HandFunction"]
     lines = [f"{f.name}: {_type(f)}{_default(f, told)}" for f in (*required, *others)]
     if of.host_fields and not told:

@@ -95,7 +95,7 @@ def python_scenes() -> str:
 
 
 def python_plant() -> str:
-    """Write the module of what an emulated knob is made of."""
+    """Write the module with the parts of an emulated knob."""
     body = (
         "from __future__ import annotations\n\nfrom collections.abc import Iterable\n"
         "from dataclasses import KW_ONLY, dataclass\nfrom typing import Literal\n\n"
@@ -138,7 +138,7 @@ def python_hands() -> str:
 
 
 def python_emulator_options() -> str:
-    """Write the module of how to make an emulated knob, and of what happens to it."""
+    """Write the module with an emulated knob's options and inputs."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
         "from typing import Literal\n\nfrom torsio.common import checks\n"
@@ -211,7 +211,7 @@ def python_configurations() -> str:
 
 
 def python_told() -> str:
-    """Write the module of what a knob tells about itself."""
+    """Write the module with the structures that a knob returns."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import dataclass\n"
         "from typing import Literal, TypeAlias\n\n{all}\n\n"
@@ -274,7 +274,7 @@ def python_statuses() -> str:
 
 
 def python_board_costs() -> str:
-    """Write the module of what a scene costs on each board, from counts of one or two effects."""
+    """Write the module with a scene's cost on each board, from counts of one or two effects."""
     boards = ""
     for board, counted in costs.INSTRUCTIONS.items():
         empty, one, two = (counted[f"walls {count}"] for count in range(3))

@@ -1,4 +1,4 @@
-"""What the script ``dev`` runs: ``python -m tools.dev COMMAND ARGUMENTS``."""
+"""The script ``dev`` runs this: ``python -m tools.dev COMMAND ARGUMENTS``."""
 
 from __future__ import annotations
 

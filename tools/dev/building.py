@@ -28,11 +28,11 @@ from tools.dev.running import (
     without_aslr,
 )
 
-# Of the preset ``release``: what the Python package is linked with.
+# Targets of the preset ``release`` that the Python package is linked with.
 LIBRARIES = ("torsio_sdk", "torsio_conversion", "torsio_emulator")
 PRESETS = ("dev", "release", "asan-ubsan", "tsan")
 BOARDS = tuple(boards.chips())
-# Of each chip, as the folder of its programs has it.
+# Each chip's processor, as its folder of programs is called.
 PROCESSORS = {"rp2350": "m33", "rp2040": "m0plus"}
 # Has each board run all of its tests, also those that go to the boards in turn.
 EVERY_BOARD_VARIABLE = "TORSIO_EVERY_BOARD"
@@ -76,7 +76,7 @@ STUDIES = PythonPackage(
 )
 # Has nothing to compile.
 HARDWARE = PythonPackage("torsio_hardware", "hardware", ("hardware", "CMakeLists.txt"), "release")
-# What ``build`` and ``bench`` install, in this order; a demo installs the first alone.
+# ``build`` and ``bench`` install these, in this order. A demo installs the first alone.
 PACKAGES = (TORSIO, STUDIES, HARDWARE)
 
 

@@ -44,7 +44,7 @@ _PAGE = BUILD / "studio/page"
 # Groups of packages that wheels are made and tried with.
 _OF_WHEELS = ("windows", "wheels", "machines", "fresh")
 _VENDOR, _PRODUCT = usb_ids.ids()
-# What udev is to look at again: a knob's own nodes, and what stands beside them for games.
+# udev looks at these again: a knob's own nodes, and its nodes for games.
 _UDEV_MATCHES = (
     ("--subsystem-match=hidraw",),
     (
@@ -129,7 +129,7 @@ def _run_tests(plan: groups.Plan) -> NoReturn:
 
 def _build_tests(plan: groups.Plan) -> None:
     needs = plan.needs
-    # What comes over the network, and the page, whose compiler is Zig, come beside the rest.
+    # Downloads and the page run beside the rest; the page's compiler is Zig.
     sources = building.FirmwareSources()
     kernels = building.begin_fetching_kernels() if "kernels" in needs else None
     wanted = [name for need in _PACKAGES if need in needs for name in _PACKAGES[need]]
@@ -189,7 +189,7 @@ def _handed_on(module: str, *groups: str) -> Callable[[Sequence[str]], int]:
     return start
 
 
-# What each does its module says. A check reads the game's headers too.
+# Each module's docstring says what it does. A check reads the game's headers too.
 check = _handed_on("tools.check", "game")
 determinism = _handed_on("tests.determinism.determinism", "compilers")
 windows = _handed_on("tools.windows", "windows", "wheels")
@@ -200,7 +200,7 @@ generate = _handed_on("tools.definition.generate")
 def demo(arguments: Sequence[str]) -> int:
     """Build what the demo needs, and nothing else, and run it.
 
-    Who sits at a terminal gets the page at the end, in which the mouse turns the same knob.
+    A user at a terminal gets the page at the end. There the mouse turns the same knob.
     """
     is_person = sys.stdin.isatty() and sys.stdout.isatty()
     is_watched = is_person and not {"--json", "--help"} & set(arguments)

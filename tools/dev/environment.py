@@ -18,7 +18,7 @@ VENV = TREE / ".venv"
 PYTHON = VENV / "bin/python"
 # Its tree and the interpreter that it was made with; the script ``dev`` reads it too.
 MADE_WITH = VENV / ".python"
-# What the environment is filled with: a demo does not wait for what only tests and studies need.
+# Contents of the environment. A demo does not wait for the packages of tests and studies.
 DEMO, PAGE, ALL = "demo", "page", "all"
 # Groups of system packages that CMake's presets are compiled with.
 COMPILING = ("base", "tests", "game")
@@ -95,7 +95,7 @@ def _beside(name: str, what: str, needed: Path, *versions: str | Path, sees: str
     with stamped(stamp, key):
         pip = (python, "-m", "pip", "--disable-pip-version-check", "--no-input", "install")
         venv: list[str | Path] = [sys.executable, "-m", "venv", folder]
-        # Of some packages the newest version is there as sources alone.
+        # Some packages have their newest version as sources only.
         run_logged(name, venv, [*pip, "--retries", "5", "--prefer-binary", *versions])
         if sees:
             of = "import site; print(site.getsitepackages()[0])"
@@ -132,7 +132,7 @@ def make_learning() -> Path:
 
 @dataclass(frozen=True)
 class SetUp:
-    """What still comes, in the background, while C++ can be compiled already."""
+    """Downloads that still run in the background while C++ is compiled."""
 
     system: Future[None]
     python: Future[None]

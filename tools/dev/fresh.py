@@ -153,7 +153,7 @@ def _write(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 
 def clone(folder: Path) -> None:
-    """Clone this tree into a folder, in place of what is there.
+    """Clone this tree into a folder, and replace its content.
 
     Raises
     ------

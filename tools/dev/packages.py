@@ -61,7 +61,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "tests": (
             ("doctest-dev", _header("doctest/doctest.h")),
             ("nlohmann-json3-dev", _header("nlohmann/json.hpp")),
-            # Whoever has the tree as an archive has none.
+            # A user who unpacked the tree from an archive may have none.
             ("git", _program("git")),
         ),
         # The boards' firmware, and the processors that it is tested on.
@@ -79,20 +79,20 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("busybox-static", _static_busybox),
             # Applies the udev rule in a machine.
             ("udev", _file("/lib/systemd/systemd-udevd")),
-            # What a desktop makes of a dial.
+            # Shows how a desktop understands a dial.
             ("libinput-tools", _program("libinput")),
             # Linux's own programs that try forces out.
             ("joystick", _program("fftest")),
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
-        # What bundles the studio's page, and browsers to test it in.
+        # Bundles the studio's page; then browsers to test it in.
         "studio": (("nodejs", _program("node")), ("npm", _program("npm"))),
         "browser": (
             ("chromium", _program("chromium")),
             ("firefox-esr", _program("firefox-esr")),
         ),
-        # What else may compile and run the emulator.
+        # Other compilers and machines for the emulator.
         "compilers": (
             ("clang", _program("clang++")),
             ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
@@ -115,7 +115,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("wine64", _file("/usr/lib/wine/wine64")),
         ),
         # A Python for Windows comes through Maven; udev's functions are named in its header.
-        # What players have, tried in a machine.
+        # Programs that players have. A virtual machine tries them.
         "players": (
             ("libsdl2-tests", _file("/usr/libexec/installed-tests/SDL2/testhaptic")),
             ("python3-evdev", _file("/usr/lib/python3/dist-packages/evdev/__init__.py")),
@@ -126,7 +126,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("qemu-user", _program("qemu-aarch64")),
         ),
         "game": (("libsdl2-dev", _library("sdl2")),),
-        # What reads the C++ headers for the site.
+        # Reads the C++ headers for the site.
         "documents": (("doxygen", _program("doxygen")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }

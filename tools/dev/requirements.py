@@ -17,8 +17,7 @@ else:
     from pip._vendor import tomli as tomllib
 
 TREE = Path(__file__).parent.parent.parent
-# Of the optional dependencies, where they exist: what the demo draws its picture with, and what
-# the tests and studies need.
+# Optional dependencies: the demo's, for its picture; then those that tests and studies need.
 DEMO_EXTRAS = ("cli", "plot")
 PAGE_EXTRAS = ("studio",)
 ALL_EXTRAS = ("dev",)

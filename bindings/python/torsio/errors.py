@@ -90,7 +90,7 @@ class Refused(Error, RuntimeError):
 
 
 class Disarmed(Error, RuntimeError):
-    """The torque went while `Knob.record` had been told that it must stay.
+    """The torque went off during a `Knob.record` that was to keep it on.
 
     Attributes
     ----------

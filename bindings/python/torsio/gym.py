@@ -39,7 +39,7 @@ Observations = npt.NDArray[np.float32]
 _LARGEST = 1e3
 """Beyond what any knob does; observations are clipped to it."""
 _FRAMES_PER_S = 50
-"""Of a video, a step each: slower than the knob."""
+"""Pictures a second of a video, one for each step: slower than the knob."""
 _REMEMBERED = ("task", "_knobs", "_steps", "_np_random", "_np_random_seed")
 
 

@@ -23,13 +23,13 @@ __all__ = [
 ]
 
 TORQUE_JND_SHARE: Final = 0.127
-"""Of a knob's torque, at 60 mN m (Jandura & Srinivasan 1994, on a magnetic particle brake)."""
+"""JND of a knob's torque, at 60 mN m (Jandura & Srinivasan 1994, on a magnetic particle brake)."""
 
 TORQUE_JND_NM: Final = TORQUE_JND_SHARE * 60e-3
 """The same as a torque, 7.6 mN m: in it every error of a torque is counted, whatever the torque."""
 
 STIFFNESS_JND_SHARE: Final = 0.23
-"""Of a spring's stiffness."""
+"""JND of a spring's stiffness."""
 
 MEANING: Final = (
     f"the least difference that most fingers tell, {1e3 * TORQUE_JND_NM:.1f} mN·m of torque or "

@@ -94,10 +94,10 @@ def torsio_time(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> Ite
 def torsio_open(
     request: pytest.FixtureRequest, torsio_knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., torsio.Knob]:
-    """Let `torsio.open` give the test's knob, whatever it is asked for.
+    """Let `torsio.open` give the test's knob, for any selector.
 
-    Once that was closed or unplugged it gives another with the same options, as if the device had
-    been plugged in again.
+    Once that knob is closed or unplugged, a new one with the same options comes, as if the device
+    were plugged in again.
     """
     from torsio.apps import pytest_plugin
 

@@ -43,7 +43,7 @@ def tell(*lines: str) -> None:
 @app.command("spring")
 def spring_command(
     stiffness: Annotated[
-        float, typer.Option(min=0.01, max=100.0, help="At small twists, in N m/rad.")
+        float, typer.Option(min=0.01, max=100.0, help="Stiffness at small twists, in N m/rad.")
     ] = 2.873,
     torque: Annotated[
         float, typer.Option(min=1e-3, max=10.0, help="Largest torque, in N m.")

@@ -97,7 +97,7 @@ class Flexure:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """What beam theory says of straight spokes at small twists."""
+    """Stiffness of straight spokes at small twists, by beam theory."""
 
     stiffness_nm_per_rad: float
     strain_per_rad: float

@@ -93,7 +93,7 @@ class Knob:
     def plant(self, seed: int | None = None) -> torsio.PlantParams:
         """Give an emulated knob: as the file says, or with a seed one that may come of it.
 
-        Each value is then drawn within two uncertainties of what the file says.
+        Each value is then drawn within two uncertainties of the file's value.
         """
         draw = random.Random(seed)
 

@@ -26,7 +26,7 @@ _CAPS: dict[str, Any] = {
 }
 _DRAG_NM, _TURN_S = 0.01, 0.5
 _PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
-# What each finding means, in the order in which one looks.
+# The meaning of each finding, in the order of the checks.
 CAUSES = {
     "encoder:still": ("encoder_off",),
     "encoder:backwards": ("encoder_swapped",),
@@ -287,7 +287,7 @@ def run(
     """Go through the steps of first power until one shows something wrong, and return that."""
     for step in steps:
         with warnings.catch_warnings():
-            # Of a board whose parts are not confirmed yet, as here.
+            # The parts of this board are not confirmed yet.
             warnings.simplefilter("ignore", torsio.HeldLowWarning)
             warnings.simplefilter("ignore", torsio.SceneWarning)
             seen = step(bench)

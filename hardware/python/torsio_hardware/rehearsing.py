@@ -96,7 +96,7 @@ def rehearse(
     ] = "",
     blind: Annotated[
         int | None,
-        typer.Option(metavar="NUMBER", help="Have a fault and parts drawn, and not told."),
+        typer.Option(metavar="NUMBER", help="Draw a hidden fault and parts by this number."),
     ] = None,
     reveal: Annotated[bool, typer.Option("--reveal", help="Tell at the end which it was.")] = False,
     page: Annotated[bool, typer.Option("--page", help=_HELP["page"])] = False,

@@ -21,7 +21,7 @@ STUDIES: Final[dict[str, str]] = {
     "impact": "Whether a wall's knock is at the knob as it was asked for.",
     "fidelity": "Error against speed of every way to simulate the knob, MuJoCo among them.",
     "enclosure": "The exact stepper beside ball arithmetic: errors with digits that are proven.",
-    "trade": "Which parts and which control rate the simulation of each scene needs.",
+    "trade": "Parts and control rate that the simulation of each scene needs.",
     "extremes": "Where numbers break, and what holds there.",
 }
 """Name of the folder in this package: what it is about, in one sentence."""

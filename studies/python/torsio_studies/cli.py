@@ -128,7 +128,8 @@ def falsify(
         int | None, typer.Option("--cases", min=1, help="Searches; 1120 if unset.")
     ] = None,
     tries: Annotated[
-        int | None, typer.Option("--tries", min=16, help="Of each search, about; 900 if unset.")
+        int | None,
+        typer.Option("--tries", min=16, help="Tries of each search, about; 900 if unset."),
     ] = None,
     results: Annotated[
         Path | None,
@@ -157,7 +158,7 @@ def enclosure(
     out: Out = Path("out"),
     quick: Quick = False,
     plants: Annotated[
-        int | None, typer.Option("--plants", min=1, help="Random ones; 200 if unset.")
+        int | None, typer.Option("--plants", min=1, help="Random plants; 200 if unset.")
     ] = None,
     workers: Workers = None,
 ) -> None:
@@ -170,7 +171,7 @@ def trade(
     context: typer.Context,
     files: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="FILE...", help="As for `torsio trade`; three scenes if unset."),
+        typer.Argument(metavar="FILE...", help="Scenes as for `torsio trade`; three if unset."),
     ] = None,
     as_json: AsJson = False,
     out: Out = Path("out"),
@@ -214,7 +215,7 @@ def design(
             min=0.0,
             max=1e6,
             metavar="STIFFNESS",
-            help="A wall in N m/rad of which to tell how many counts it needs.",
+            help="Tell how many counts a wall of so many N m/rad needs.",
         ),
     ] = None,
     workers: Workers = None,

@@ -24,7 +24,7 @@ T = TypeVar("T")
 Results = dict[str, Any]
 
 SCHEMA: Final = 1
-"""Of the keys that all results share: schema, study, torsio, quick, seconds, figures."""
+"""Version of the keys that all results share: schema, study, torsio, quick, seconds, figures."""
 
 
 class StudyError(Error):

@@ -168,7 +168,7 @@ class Chip:
             self.power_up(bitten=True)
 
     def count_instructions(self) -> None:
-        """Count those of the control interrupt from now on."""
+        """Count the control interrupt's instructions from now on."""
         self.core.count_instructions(self._library)
 
     # The world ----------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-// What the emulated RP2350 does too often for Python: counting time, and the PIO's machine.
+// Parts of the emulated RP2350 that are too frequent for Python: time, and the PIO's machine.
 #include <stdint.h>
 
 struct Counter {
@@ -8,8 +8,8 @@ struct Counter {
 };
 
 /// Called by Unicorn before every basic block. A halfword of code is one cycle: short instructions
-/// take one, and the long ones are mostly loads, stores, calls and floating point, which take two or
-/// more.
+/// take one, and the long ones are mostly loads, stores, calls and floating point, which take two
+/// or more.
 void count_block(void* emulator, uint64_t address, uint32_t size, struct Counter* counter) {
   (void)address;
   if (counter->cycles >= counter->deadline) {
@@ -29,36 +29,56 @@ void count_instruction(void* emulator, uint64_t address, uint32_t size, uint64_t
 
 struct Machine {
   uint32_t pc, x, y, isr, osr;
-  uint32_t pins;      // levels, from the first input pin on
+  uint32_t pins;         // levels, from the first input pin on
   uint32_t top, bottom;  // where the program wraps
-  uint32_t level;     // words in the queue
+  uint32_t level;        // words in the queue
   uint32_t queue[4];
-  uint32_t flags;     // that the processor sees
-  uint32_t unknown;   // an instruction that is not known here, else 0
+  uint32_t flags;    // that the processor sees
+  uint32_t unknown;  // an instruction that is not known here, else 0
   uint16_t memory[32];
 };
 
 static uint32_t source(struct Machine* m, unsigned number) {
   switch (number) {
-    case 0: return m->pins;
-    case 1: return m->x;
-    case 2: return m->y;
-    case 3: return 0;
-    case 6: return m->isr;
-    case 7: return m->osr;
-    default: m->unknown = 0x10000 | number; return 0;
+    case 0:
+      return m->pins;
+    case 1:
+      return m->x;
+    case 2:
+      return m->y;
+    case 3:
+      return 0;
+    case 6:
+      return m->isr;
+    case 7:
+      return m->osr;
+    default:
+      m->unknown = 0x10000 | number;
+      return 0;
   }
 }
 
 static void store(struct Machine* m, unsigned number, uint32_t value) {
   switch (number) {
-    case 1: m->x = value; break;
-    case 2: m->y = value; break;
-    case 3: break;
-    case 5: m->pc = value & 31; break;
-    case 6: m->isr = value; break;
-    case 7: m->osr = value; break;
-    default: m->unknown = 0x20000 | number;
+    case 1:
+      m->x = value;
+      break;
+    case 2:
+      m->y = value;
+      break;
+    case 3:
+      break;
+    case 5:
+      m->pc = value & 31;
+      break;
+    case 6:
+      m->isr = value;
+      break;
+    case 7:
+      m->osr = value;
+      break;
+    default:
+      m->unknown = 0x20000 | number;
   }
 }
 

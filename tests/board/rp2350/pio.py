@@ -44,7 +44,7 @@ class Pio:
 
     @property
     def count(self) -> int:
-        """What the encoder program has counted."""
+        """The encoder program's count."""
         self.catch_up()
         return self._machine.y
 

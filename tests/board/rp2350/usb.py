@@ -10,7 +10,7 @@ ABORT, ABORT_DONE, STALL_ARM, INTERRUPTS, ENABLED, STATUS = 0x60, 0x64, 0x68, 0x
 
 PULL_UP = 1 << 16
 SUSPENDED, RESUME, SETUP, RESET = 1 << 4, 1 << 11, 1 << 17, 1 << 19
-# Which interrupt a bit of the status makes.
+# The interrupt of each bit of the status.
 CAUSES = {SUSPENDED: 1 << 14, RESUME: 1 << 15, SETUP: 1 << 16, RESET: 1 << 12}
 BUFFERS = 1 << 4
 

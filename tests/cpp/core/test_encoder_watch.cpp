@@ -1,4 +1,4 @@
-// An encoder of which one channel is dead is told from a sound one by its counts alone: quick and
+// The counts alone tell an encoder with a dead channel from a sound one: quick and
 // even changes up and down. One with a loose plug by changes of both channels at once.
 #include <doctest/doctest.h>
 
@@ -14,7 +14,7 @@ using namespace torsio::core;
 
 namespace {
 
-/// What a decoder of four counts a line makes of the knob's angle.
+/// The knob's angle, as a decoder of four counts a line reads it.
 class Encoder {
  public:
   Encoder(double counts_per_rev, bool dead)
@@ -22,7 +22,7 @@ class Encoder {
 
   std::uint32_t count(double angle_rad) const {
     const auto counts = static_cast<std::int64_t>(std::floor(angle_rad * counts_per_rad_));
-    // Of a channel that lives alone, each level is two counts long, and one of them counts as 1.
+    // With one live channel each level is two counts long, and one of them counts as 1.
     return static_cast<std::uint32_t>(dead_ ? (counts >> 1) & 1 : counts);
   }
 
@@ -156,7 +156,7 @@ TEST_CASE("only changes to and fro between two counts count, quick, even, and on
   CHECK(found_after({0, 1, 0, 0, -1}, 200) == 65);                 // even enough
   CHECK(found_after({0, 2, 0, -2}, 200) == -1);                    // a knob that swings
   CHECK(found_after({0, 1, 0, 1, 0, -1, 0, -1}, 200) == -1);
-  // Once told it begins anew, so that whoever mends the cable can clear the fault.
+  // Once told it begins anew, so that the fault can be cleared after a repair.
   EncoderWatch watch;
   int told = 0;
   for (int n = 0; n < 3 * 128 + 10; ++n) {

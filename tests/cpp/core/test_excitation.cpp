@@ -126,7 +126,7 @@ TEST_CASE("an experiment may hold a knob that stands still, without a servo or b
     bench.tick(500);
     CHECK(bench.state.end == ExcitationEnd::none);
   }
-  // What was pulled in vain before does not count.
+  // Earlier pulls in vain do not count.
   Bench bench(servo);
   for (int n = 0; n < 10; ++n) {
     bench.motion.speed_rad_s = -1.0F;  // asks for 0.09

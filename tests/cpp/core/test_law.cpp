@@ -58,7 +58,7 @@ TEST_CASE("a brake without a time constant follows at once") {
 TEST_CASE("floor and drag enter the capacity but not the lag") {
   const core::BrakeParams params = core::make_brake_params(0.0F, 1e-3F, 3.3e-3F, 2e-3F);
   core::BrakeState state;
-  // The drag is part of what the floor stands for: a released brake holds its drag, not both.
+  // The floor includes the drag: a released brake holds its drag, not both.
   CHECK(core::model_brake(state, params, 0.0F) == Approx(3.3e-3));
   CHECK(state.capacity_nm == 0.0F);
   CHECK(core::model_brake(state, params, 10e-3F) == Approx(12e-3));

@@ -1,4 +1,4 @@
-// What is not finite may come in anywhere; it never reaches an actuator and never stays.
+// A number that is not finite may come in anywhere. It never reaches an actuator and never stays.
 #include <doctest/doctest.h>
 
 #include <array>

@@ -152,7 +152,7 @@ TEST_CASE("a change is doubted that no current brought about") {
   means.look(4.0F, 2.0F);
   CHECK(believe_change(means.state, means.params));
   CHECK(static_cast<double>(means.state.rise_a) == near(1.0 - 0.5));
-  // What lasts becomes what is so.
+  // A lasting difference becomes the new normal.
   means.look(4.0F, 2.0F);
   CHECK(believe_change(means.state, means.params));
   CHECK(static_cast<double>(means.state.rise_a) == near(0.5 + 0.5 - 0.5));

@@ -97,7 +97,7 @@ TEST_CASE("a new configuration forgets what buzzed with the old one") {
     REQUIRE(rig.command(Op::arm) == Status::ok);
     rig.tick(2);
   };
-  // What it pushes back with a count beside the spring's middle.
+  // Its push a count beside the spring's middle.
   const auto push_nm = [&] {
     begin();
     rig.inputs.encoder_count -= 1;  // as it went last, or it would be a swing

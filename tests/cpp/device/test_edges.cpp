@@ -1,4 +1,4 @@
-// What lies just beyond a limit, and a host that reads nothing.
+// Values just beyond a limit, and a host that reads nothing.
 #include <cstdint>
 #include <vector>
 

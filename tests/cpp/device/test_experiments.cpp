@@ -1,4 +1,4 @@
-// Who may begin a bounded experiment, what ends it, and that nothing is left of it afterwards.
+// Begin and end of a bounded experiment. Nothing is left of it afterwards.
 #include "device/game/game_rig.hpp"
 #include "device/played.hpp"
 

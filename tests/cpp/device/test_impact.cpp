@@ -190,7 +190,7 @@ TEST_CASE("an impact gives no more than the motor has left, and nothing where no
     CHECK(bench.at(sign * 2, sign * 3.0) == 0.0F);
     bench.others_nm = -out * 0.085F;
     CHECK(bench.at(sign * 3, sign * 3.0) == Approx(out * 0.17));
-    // What may change in a tick is less.
+    // A tick may change less.
     bench.others_nm = 0.0F;
     bench.range = {-0.01F, 0.02F};
     CHECK(bench.at(sign * 4, sign * 3.0) == Approx(above ? -0.01 : 0.02));

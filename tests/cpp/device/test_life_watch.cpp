@@ -50,7 +50,7 @@ TEST_CASE(
     CHECK(clock.count_missed(begin_us + 99) == 0);   // early, by the interrupt's jitter
     CHECK(clock.count_missed(begin_us + 199) == 0);  // late, but within its period
     CHECK(clock.count_missed(begin_us + 200) == 0);
-    CHECK(clock.count_missed(begin_us + 401) == 3);  // due at 250; those of 300, 350 and 400 too
+    CHECK(clock.count_missed(begin_us + 401) == 3);  // due at 250, 300, 350 and 400
     CHECK(clock.count_missed(begin_us + 450) == 0);
     CHECK(clock.count_missed(begin_us + 550) == 1);
     CHECK(clock.count_missed(begin_us + 600) == 0);

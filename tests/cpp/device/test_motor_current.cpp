@@ -1,4 +1,4 @@
-// What the device tells of the motor's current, against sums that are kept beside it.
+// The device's report of the motor's current, against sums that are kept beside it.
 #include <doctest/doctest.h>
 
 #include <cmath>

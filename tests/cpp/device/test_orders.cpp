@@ -1,4 +1,4 @@
-// What becomes of a scene and of orders: what is refused changes nothing, each is answered once.
+// Scenes and orders: a refused one changes nothing, and each is answered once.
 // Each of these lines was once
 // deleted without any other test noticing; tests/mutation has the list.
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What motor and brake get for a while and for ever, by the heat that their windings keep.
+// Currents of motor and brake for a while and for ever, by the heat in their windings.
 #include <doctest/doctest.h>
 
 #include <cmath>

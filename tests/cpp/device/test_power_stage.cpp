@@ -27,7 +27,7 @@ struct StageBench {
     measure(0.0);
     apply({});
   }
-  /// What the current sensor shows.
+  /// The current sensor's reading.
   void measure(double amperes) {
     const double steps = amperes * static_cast<double>(config.current_sense_v_per_a) / 3.3 * 4096;
     fake::adc.result = static_cast<std::uint32_t>(std::lround(zero_steps + steps));
@@ -222,7 +222,7 @@ TEST_CASE("the supply is measured between two measurements of the current") {
   fake::adc.started.clear();
   const auto run = [&](int steps, double supply_v) {
     for (int i = 0; i < steps; ++i) {
-      // What its last conversion left there.
+      // The last conversion's result.
       if (fake::adc.input == 1)
         fake::adc.result = static_cast<std::uint32_t>(supply_v / 11 / 3.3 * 4096);
       bench.stage->begin();

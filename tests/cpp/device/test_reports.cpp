@@ -1,4 +1,4 @@
-// What the host says and what the device answers.
+// The host's reports and the device's answers.
 #include <array>
 #include <cmath>
 #include <initializer_list>

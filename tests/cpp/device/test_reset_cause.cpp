@@ -53,7 +53,7 @@ TEST_CASE("a program that has lost its way leaves word of it, once and for the w
   leave_reset_cause(ResetCause::stack);
   CHECK(start(POWMAN_CHIP_RESET_HAD_POR_BITS, false) == ResetCause::power);
   CHECK(start(0, true) == ResetCause::watchdog);
-  // What stands there without the mark is no cause: the register has any value at first.
+  // Without the mark the register is no cause: it has any value at first.
   fake::watchdog.scratch[0] = static_cast<std::uint32_t>(ResetCause::stack);
   CHECK(start(0, true) == ResetCause::watchdog);
 }

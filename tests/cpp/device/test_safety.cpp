@@ -1,6 +1,6 @@
-// What docs/reference/protocol.md and docs/explanation/architecture.md promise to whoever holds the
-// knob: caps, and faults that latch. Each of these lines was once deleted without any other test
-// noticing; tests/mutation has the list.
+// The promises of docs/reference/protocol.md and docs/explanation/architecture.md to the hand on
+// the knob: caps, and faults that latch. Each of these lines was once deleted without any other
+// test noticing; tests/mutation has the list.
 #include <cmath>
 #include <cstdint>
 

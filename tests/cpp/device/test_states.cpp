@@ -340,7 +340,7 @@ int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int
 }  // namespace
 
 TEST_CASE("a load that does not fit is a fault, jitter is none") {
-  // A period of 100 us, of which 95 us may be used.
+  // A period of 100 us; 95 us may be used.
   CHECK(ticks_to_overrun(0, 95'000, 1) == 0);
   CHECK(ticks_to_overrun(0, 95'001, 1) == 16);
   CHECK(ticks_to_overrun(1, 130'000, 1) == 16);

@@ -78,7 +78,7 @@ TEST_CASE(
 
 namespace {
 
-/// What a program is interrupted with, as KeyboardInterrupt is: no error of the library.
+/// An interruption of the program, such as KeyboardInterrupt: no error of the library.
 struct Ended {};
 
 /// Interrupts the program once the device has taken a board's configuration, and again at the next

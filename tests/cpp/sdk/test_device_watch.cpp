@@ -69,7 +69,7 @@ class FakeDev {
     remove_file(name);
     forget(name);
   }
-  /// What udev does: another attribute of the file.
+  /// As udev does: another attribute of the file.
   void allow(const std::string& name) {
     set(name, {});
     std::filesystem::permissions(path() + "/" + name, std::filesystem::perms::owner_all);

@@ -74,7 +74,7 @@ TEST_CASE("prompt telemetry of every tick leaves out what is older, and counts i
   CHECK_THROWS_AS(knob.start_telemetry(10'001.0, true), InvalidArgument);
   CHECK_THROWS_AS(knob.start_telemetry(10'000.0), InvalidArgument);
   knob.sleep(0.1);
-  // Of ten in a frame the newest four.
+  // The newest four of ten in a frame.
   CHECK(knob.statistics().samples_lost == doctest::Approx(600.0).epsilon(0.05));
   CHECK(knob.read(4096, 0.0).size() == doctest::Approx(400.0).epsilon(0.05));
 }
@@ -87,7 +87,7 @@ TEST_CASE("the newest sample can still be read, and needs telemetry") {
   CHECK(knob.read(4, 0.0).back() == first);
   knob.sleep(0.01);
   CHECK(knob.latest().tick > first.tick);
-  // What a stream before had is not the newest of the next.
+  // An earlier stream's sample is not the newest of the next stream.
   knob.stop_telemetry();
   knob.sleep(0.01);
   const std::uint64_t restart_tick = knob.clock().tick;

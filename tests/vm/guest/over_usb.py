@@ -22,7 +22,7 @@ from torsio.knob import opening
 FOLDER = "tests/python/"
 
 _NO_DEVICE = "uses no device"
-# What cannot run on a knob outside the process, each with its reason.
+# Tests that cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
     "test_matching_config_is_the_default_for_the_default_plant": _NO_DEVICE,
     "test_scene_classes_compare_show_and_hash_by_value": _NO_DEVICE,
@@ -33,7 +33,7 @@ NOT_OVER_USB = {
     "test_emulated_device_is_always_listed_last": _NO_DEVICE,
 }
 
-# What a cable, a kernel or a second process may change; the rest runs with ``./dev test usb``.
+# Tests that a cable, kernel or second process may change; the rest runs with ``./dev test usb``.
 IN_EVERY_RUN = {
     "test_stop_disarms_and_empties_the_scene",
     "test_disarm_keeps_the_scene",
@@ -60,7 +60,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 class World:
-    """What the tests tell the world round a knob."""
+    """Orders of the tests to the world around a knob."""
 
     def __init__(self, plugged: VirtualKnob, knob: torsio.Knob) -> None:
         self._plugged = plugged

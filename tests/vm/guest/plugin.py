@@ -1,4 +1,4 @@
-"""What pytest does inside a guest: watches the kernel and the clock."""
+"""pytest inside a guest: it watches the kernel and the clock."""
 
 from __future__ import annotations
 

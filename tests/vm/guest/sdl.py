@@ -20,7 +20,7 @@ _POINTER, _INT = ctypes.c_void_p, ctypes.c_int
 
 
 class SdlError(Exception):
-    """What SDL says is wrong."""
+    """SDL's own error."""
 
 
 def _head(kind: int, length_ms: int) -> bytes:
@@ -85,7 +85,7 @@ class Sdl:
 
     @property
     def can(self) -> int:
-        """Bits of what the device can do."""
+        """Bits of the device's abilities."""
         return int(self._call("HapticQuery", ctypes.c_uint, (_POINTER, self.haptic)))
 
     @property

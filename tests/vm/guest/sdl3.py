@@ -99,7 +99,7 @@ class Sdl3:
 
     @property
     def can(self) -> int:
-        """Bits of what the device can do."""
+        """Bits of the device's abilities."""
         return int(self.call("GetHapticFeatures", _NUMBER, self._haptic()))
 
     @property

@@ -20,7 +20,7 @@ from torsio import protocol
 HIDRAW, LIBUSB = "libhidapi-hidraw.so.0", "libhidapi-libusb.so.0"
 IDENTITY = 0x01
 
-# Which library answers, and whether the SDK does its work on it.
+# The library that answers, and the SDK's work on it.
 SDK_PROGRAM = """
 import sys, torsio
 with open("/proc/self/maps") as maps:
@@ -127,7 +127,7 @@ def without_drivers() -> Iterator[None]:
 
 @pytest.mark.whole
 @pytest.mark.pulls_cable
-@pytest.mark.usefixtures("udev")  # which tells libusb of what comes
+@pytest.mark.usefixtures("udev")  # which tells libusb of arrivals
 def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file_and_go(
     bus: VirtualBus,
 ) -> None:

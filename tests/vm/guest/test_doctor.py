@@ -1,4 +1,4 @@
-"""What the doctor finds on a real kernel, with a sound knob and with everything else."""
+"""The doctor's findings on a real kernel, with a sound knob and with faults."""
 
 from __future__ import annotations
 

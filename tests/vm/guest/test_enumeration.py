@@ -1,4 +1,4 @@
-"""What the kernel says of a knob that is plugged in."""
+"""The kernel's view of a knob that is plugged in."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def test_driver_takes_all_that_is_advertised(knob: VirtualKnob) -> None:
     assert pad.bits(0x15) == expected
     assert pad.effects() == 40
     assert pad.bits(0x03) == {0}  # X alone
-    assert pad.bits(0x01) == {0x120, 0x121}  # two buttons of a joystick, and none that is no button
+    assert pad.bits(0x01) == {0x120, 0x121}  # two buttons of a joystick and nothing else
     assert pad.axis()[:3] == (0, -32767, 32767)
     effect = Effect(gamepad.CONSTANT, gamepad.constant(1))
     numbers = [pad.upload(effect) for _ in range(40)]

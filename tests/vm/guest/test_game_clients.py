@@ -1,4 +1,4 @@
-"""Who plays on the knob: two games, a game and the SDK, one that floods it, one that dies."""
+"""Players on the knob: two games, a game and the SDK, one that floods it, one that dies."""
 
 from __future__ import annotations
 

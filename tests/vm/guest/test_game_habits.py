@@ -1,4 +1,4 @@
-"""What drivers and games do besides, through Linux's driver: what the device ends comes back."""
+"""Habits of drivers and games, through Linux's driver: effects that the device ends come back."""
 
 from __future__ import annotations
 

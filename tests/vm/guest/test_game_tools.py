@@ -64,7 +64,7 @@ def test_ffcfstress_moves_its_spring_in_many_small_steps(bus: VirtualBus, tmp_pa
     pad.close()
     time_s, _, torque = read_log(bus, log)
     assert np.abs(torque[-50:]).max() == 0
-    # The knob is held in its middle: the force is that of the moving centre.
+    # The knob is held in its middle: the force follows the moving centre.
     loud = np.flatnonzero(torque)
     part = slice(loud[0] + 200, loud[0] + 1200)
     turns = 2 * np.pi * 2 * time_s[part]

@@ -31,7 +31,7 @@ LIMIT_S = 800
 
 _WORLD = "tells a world what only the one inside the process can do"
 _VIRTUAL = "is about virtual time"
-# What cannot run on a knob outside the process, each with its reason.
+# Tests that cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
     "the emulated knob says who it is": "expects the emulated transport's path",
     "a world that takes longer than it lasts still lets calls in, and closes": _WORLD,
@@ -58,7 +58,7 @@ NOT_OVER_USB = {
     "truth fits telemetry tick by tick": _WORLD,
     "truth without a log is an error that says how to get one": _WORLD,
     "telemetry at 4,000 samples a second loses none, and has room for a dozen answers": (
-        "leaves a driver three frames to be late in, and that of USB/IP may be later"
+        "leaves a driver three frames to be late in, and USB/IP's may be later"
     ),
     "calls of several threads on a paced knob all get their answers": (
         "gives the world hands without end, each a file here; attached/test_threads.cpp does not"

@@ -16,7 +16,7 @@ import torsio
 from tests.vm.guest.child import Child
 from tests.vm.guest.virtual_bus import VirtualKnob
 
-STOPPED_S = 2.0  # of which the knob's watchdog waits a quarter of a second
+STOPPED_S = 2.0  # the knob's watchdog waits a quarter of a second of it
 LATEST_S = 1.0
 
 

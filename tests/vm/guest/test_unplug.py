@@ -109,7 +109,7 @@ def test_knob_that_comes_back_is_opened_by_its_serial_number(bus: VirtualBus) ->
 @pytest.mark.whole
 def test_knob_that_is_unplugged_while_it_is_opened_is_an_error(knob: VirtualKnob) -> None:
     told = set()
-    # Whoever opens a hidraw device first waits for 50 ms in the kernel.
+    # The first program that opens a hidraw device waits for 50 ms in the kernel.
     for step in range(16):
         path = str(knob.hidraw)
 

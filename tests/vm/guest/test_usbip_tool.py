@@ -73,7 +73,7 @@ def test_nobody_but_root_may_attach_a_knob(bus: VirtualBus) -> None:
     def work(output: TextIO) -> None:
         become_nobody()
         try:
-            knob.plug(wait=False)  # the server gives it to whoever asks
+            knob.plug(wait=False)  # the server gives it to every client
         except PermissionError as error:
             output.write(f"{error.filename}: {error.strerror}")
 

@@ -20,7 +20,7 @@ from tests.vm.guest.virtual_bus import VirtualBus
 from tools import usb_ids
 
 POLICY = Path("/etc/chromium/policies/managed/torsio.json")
-# What an emulated processor needs to start a browser.
+# Time for an emulated processor to start a browser.
 SLOW_MS = 600_000
 STIFFNESS, WALL_RAD = 1.4, 0.3  # the page's first scene
 

@@ -1,4 +1,4 @@
-"""What the motor of a virtual knob truly gives, tick by tick."""
+"""The true torque of a virtual knob's motor, tick by tick."""
 
 from __future__ import annotations
 

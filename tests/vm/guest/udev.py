@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tests.vm.guest.virtual_bus import wait_for
 
-# The guest's root is not that of its first process, in which case udev's commands do nothing.
+# The guest's root differs from its first process's, and udev's commands then do nothing.
 ENVIRONMENT = {**os.environ, "SYSTEMD_IGNORE_CHROOT": "1"}
 RULE = Path("/etc/udev/rules.d/60-torsio.rules")
 

@@ -191,7 +191,7 @@ def _is_bound(interface: str) -> bool:
         names = os.listdir(interface)
     except FileNotFoundError:
         return False
-    # What they do last of all.
+    # Their last act.
     return any(os.path.exists(f"{interface}/{name}/country") for name in names if "." in name)
 
 

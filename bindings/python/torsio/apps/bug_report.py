@@ -78,7 +78,7 @@ def _impersonal(text: str) -> str:
 def collect(
     selector: str, file: Path, *, recording: Path | None = None, duration_s: float = 2.0
 ) -> list[str]:
-    """Write the report; give the names of what is in it.
+    """Write the report; give the names of its parts.
 
     Parameters
     ----------

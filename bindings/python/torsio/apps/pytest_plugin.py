@@ -95,10 +95,10 @@ def _knob_now(
 def open_of(
     request: pytest.FixtureRequest, torsio_knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., torsio.Knob]:
-    """Let `torsio.open` give the test's knob, whatever it is asked for.
+    """Let `torsio.open` give the test's knob, for any selector.
 
-    Once that was closed or unplugged it gives another with the same options, as if the device had
-    been plugged in again.
+    Once that knob is closed or unplugged, a new one with the same options comes, as if the device
+    were plugged in again.
     """
     plugs = _PLUGS.get(_name(request.node))
 

@@ -253,9 +253,8 @@ def estimate_brake(
     left = float(np.sqrt(np.mean(best.residual**2)))
     if gain < 0.3:
         raise Refusal(
-            _STEP, "no_brake", f"the brake gives {100 * gain:.0f} % of what it is told: it is "
-            "dead, its wires "
-            "are off, or brake_torque_constant_nm_per_a is wrong", gain=gain,
+            _STEP, "no_brake", f"the brake gives {100 * gain:.0f} % of the commanded torque: "
+            "it is dead, its wires are off, or brake_torque_constant_nm_per_a is wrong", gain=gain,
         )  # fmt: skip
     if left > 0.06 * top + 0.5e-3:
         raise Refusal(

@@ -14,8 +14,8 @@ from torsio.calibration.quantity import Array, Quantity
 __all__ = ["BrakeCurve", "BrakePoint", "curve_of"]
 
 _SETTLED_S = 0.2  # the end of a stair
-_LAG_BELIEVED = 0.2  # of what is still to come there
-# Less than this of the largest torque nobody feels.
+_LAG_BELIEVED = 0.2  # largest share that may still come there
+# Nobody feels less than this share of the largest torque.
 _STRAIGHT = 0.02
 
 

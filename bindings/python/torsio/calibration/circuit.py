@@ -29,9 +29,10 @@ from torsio.printed.told import MotorCurrent
 __all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "Circuit", "CircuitSteps"]
 
 ELECTRIC_STEPS = ("current sensor", "torque constant", "winding")
-"""What a device with a current sensor does more, as `progress` names it: before the signs, after
-them, and before the shaft. The step that holds the brake comes late: a brake may keep some of its
-torque."""
+"""Steps that only a device with a current sensor takes, as `progress` names them.
+
+They come before the signs, after them, and before the shaft. The step that holds the brake comes
+late: a brake may keep some of its torque."""
 
 MEASURED_OF_BOARD = (
     *("supply_v", "motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"),
@@ -101,7 +102,7 @@ def pulse(player: Player, board: BoardConfig, *, motor_nm: float) -> None:
 
 
 class _Looks:
-    """Readings of what plays, by stretch, from so long after its begin."""
+    """Readings while a stretch plays, from `settle_s` after its begin."""
 
     def __init__(self, player: Player, settle_s: float) -> None:
         self._player, self._settle_s = player, settle_s

@@ -17,7 +17,7 @@ _MOST_PERIODS, _MOST_WAVES = 64, 8
 # doubt, or a motor without cogging has some.
 _FIRST, _LATER = 0.6, 0.85
 _POINTS = 180
-"""Of the table; more than two for each of the shortest waves."""
+"""Points of the table: more than two for each of the shortest waves."""
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,12 @@
 """The motor's circuit: sensor's zero, winding, torque constant.
 
-Of two readings of a knob's `MotorCurrent` the difference tells voltage and charge of all that was
-between them. Over any such interval, with the current ``i`` at its ends and the angle turned,
+The difference of two readings of a knob's `MotorCurrent` tells voltage and charge between them.
+With the current ``i`` at both ends and the angle turned,
 
     voltage time = R charge + L change of i + k angle + drop time
 
-holds exactly, however the current ran: nothing noisy is differentiated, and it matters not when the
-host reads. ``drop`` goes with the voltage's sign: brushes, a bridge's dead time, and a current that
+holds exactly for every course of the current. Nothing noisy is differentiated, and the host may
+read at any time. ``drop`` has the voltage's sign: brushes, a bridge's dead time, and a current that
 is read a little after the middle of the pulse.
 """
 
@@ -48,7 +48,7 @@ _TENTH = 0.1 / math.sqrt(3.0)
 SUPPLY_CONFIGURED, SUPPLY_METERED = _TENTH, 1e-2
 """How uncertain the supply is, as a share: as it is configured, as a meter says it."""
 
-# Of the boards' converter, and how near an end of its range no sensor's zero is.
+# Range of the boards' converter. A sensor's zero keeps this distance from both ends.
 _CONVERTER_V, _END_V = 3.3, 0.1
 # Beyond what they make together it is a fault.
 _LEAST_GAIN, _MOST_GAIN = 0.6, 1.6

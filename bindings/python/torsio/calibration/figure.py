@@ -1,4 +1,4 @@
-"""Pictures of a calibration's fits and of what they leave; needs the extra `plot`."""
+"""Pictures of a calibration's fits and their residuals; needs the extra `plot`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def plot_fits(fits: Sequence[Fit], title: str) -> Figure:
 
 
 def size_of(fits: Sequence[Fit]) -> tuple[float, float]:
-    """Give width and height in inches of what `draw` draws."""
+    """Give width and height of the figure, in inches."""
     rows = (len(fits) + 1) // 2
     return 14.0, 5.2 * rows + 1.2
 

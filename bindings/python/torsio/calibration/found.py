@@ -14,8 +14,8 @@ from torsio.calibration.shaft import Shaft
 
 __all__ = ["Parts", "quantities_of"]
 
-# Of all viscous friction the brake's side has from nothing up to so much, each as likely. Knob and
-# brake turn alike in all that is played, so nothing tells them apart.
+# The brake's side has from none up to this share of all viscous friction, each value as likely.
+# Knob and brake turn alike in every experiment, so nothing tells them apart.
 _BRAKE_VISCOUS = 0.25
 # The inertia that a drive adds is known to this share: winding and supply may be a tenth off each.
 _ADDED_SIGMA = 0.2

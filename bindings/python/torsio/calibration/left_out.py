@@ -73,7 +73,7 @@ _BY_TICK = {
 
 
 def honest(quantity: Quantity) -> Quantity:
-    """Correct what a fit states: it knows nothing of what its model leaves out."""
+    """Correct a fit's uncertainty for the effects that its model leaves out."""
     narrow = STATED_TOO_WIDE.get(quantity.name, 1.0)
     sigma = narrow * quantity.standard_uncertainty
     return with_left_out(replace(quantity, standard_uncertainty=sigma), LEFT_OUT)

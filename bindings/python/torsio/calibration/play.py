@@ -171,7 +171,7 @@ class Player:
 
     @property
     def seconds(self) -> float:
-        """Of the knob's time that have passed so far."""
+        """Seconds of the knob's time since the begin."""
         return self._knob.clock().time_s - self._begin_s
 
     def motor_current(self) -> MotorCurrent:

@@ -131,7 +131,7 @@ def _check_ready(knob: Knob, speed_limit_rad_s: float) -> None:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What the steps may use, and which there are."""
+    """Everything that the steps use, and the list of steps."""
 
     actuator: ActuatorConfig
     motor_nm: float

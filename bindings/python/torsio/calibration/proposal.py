@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Calibration", "apply", "certain_assist_nm", "put_together"]
 
-# Of the friction that is certain: bearings wear in. A device takes no more than three quarters.
+# Share of the certain friction: bearings wear in. A device takes no more than three quarters.
 _ASSISTED = 0.73
 
 
@@ -244,7 +244,7 @@ def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> 
     what holds a steady pull, or a knob that is pushed that way would go on. Keep the configured
     value if the difference may be noise.
     """
-    # Of the sum nobody knows less than of the drag, which is all the friction less the knob's.
+    # The sum is at least as certain as the drag, which is all friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]
     certain_nm = _ASSISTED * (certain_nm - max(map(abs, quantities["offset_nm"].interval)))
     if certain_nm <= 0.0:

@@ -73,7 +73,7 @@ class Fit:
 
     @property
     def residual_rms(self) -> float:
-        """Root of the mean square of what the model does not explain."""
+        """Root mean square of the residuals."""
         return float(np.sqrt(np.mean((self.measured - self.fitted) ** 2)))
 
 

@@ -1,1 +1,1 @@
-"""What the rest of the package uses: checks, files written whole, pictures, words of the screen."""
+"""Shared by the package: checks, files written whole, pictures, words of the screen."""

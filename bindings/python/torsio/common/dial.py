@@ -14,7 +14,7 @@ BARS: Final = {
     "spring_torque_nm": (0, 158, 115),
     "hand_torque_nm": (213, 94, 0),
 }
-"""What the bars below the dial show, from top to bottom, and their colours."""
+"""The torques of the bars below the dial, from top to bottom, and their colours."""
 FULL_NM: Final = 0.1
 """Torque of a bar that reaches the edge; positive to the right."""
 

@@ -44,7 +44,7 @@ class FirmwareFile:
     version: str
     """"major.minor.patch"."""
     fingerprint: int
-    """Of the report layouts, as in `DeviceInfo`."""
+    """Fingerprint of the report layouts, as in `DeviceInfo`."""
     size: int
     """In flash, in bytes."""
 
@@ -63,7 +63,7 @@ class FirmwareHost(Protocol):
     """Where an update finds knobs and drives, in a test."""
 
     root: Path
-    """Of the system's files."""
+    """The files of this system."""
 
     def list_devices(self) -> list[ListedDevice]:
         """List the knobs that are plugged in."""
@@ -85,7 +85,7 @@ class FirmwarePlan:
     before: DeviceInfo | None
     """None if it cannot be asked: it is of another release, or waits already."""
     configuration: str
-    """As `torsio.dump_config` gives it; empty likewise."""
+    """As `torsio.dump_config` gives it; empty if it could not be read."""
     _plan: _torsio.FirmwarePlan = field(repr=False, compare=False)
 
     @property
@@ -108,7 +108,7 @@ class FirmwareUpdate:
     kept: bool | None
     """The saved configuration from before; None if it could not be asked."""
     configuration: str
-    """The one of before, for `torsio.load_config`; empty likewise."""
+    """The configuration before, for `torsio.load_config`; empty if it could not be read."""
 
 
 def start_bootloader(selector: str = "") -> None:

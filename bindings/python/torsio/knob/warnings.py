@@ -37,7 +37,7 @@ def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[Sc
     if torque_nm <= _GIVEN_BY_ANY_NM:
         return
     most = limits()
-    # Of a board that is held low arm() warns.
+    # For a board that is held low, arm() warns.
     if torque_nm > most.motor_torque_max_nm + most.brake_torque_max_nm and not most.held_low:
         yield SceneWarning(
             f"the scene asks for {torque_nm:g} N m; this knob's motor gives "

@@ -1,1 +1,1 @@
-"""Files of what a knob did: writing, reading, replaying."""
+"""Recordings of a knob: writing, reading, replaying."""

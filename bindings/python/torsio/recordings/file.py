@@ -33,7 +33,7 @@ LoggedReport: TypeAlias = tuple[int, bool, bytes]
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
-# Of telemetry that waits for the disk.
+# Most bytes of telemetry that wait for the disk.
 _MOST_WAITING_BYTES: Final = 64 * 1024 * 1024
 _exhaust: Final = deque[Any](maxlen=0).extend
 TOPICS: Final = (
@@ -96,7 +96,7 @@ def _plain(value: Any) -> Any:
 
 
 class _Stream:
-    """What MCAP's writer writes to: first a place beside the file, then the file itself."""
+    """MCAP's writer writes to this: first a place beside the file, then the file itself."""
 
     def __init__(self, place: Path) -> None:
         self._file = place.open("wb")

@@ -141,7 +141,7 @@ _READ: Final[dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]]] = {
     "reports": lambda row, _: (row["tick"], row["sent"], bytes.fromhex(row["bytes"])),
     "inputs": lambda row, _: DeviceInput(row["tick"], row["kind"], bytes.fromhex(row["bytes"])),
 }
-"""What `load` makes of a message of a topic and of its times; fields that it does not know stay."""
+"""`load` makes this of a topic's message and its times. Unknown fields stay."""
 
 # More is no recording but a file that fills the memory: of a chunk, and of all that is read for
 # each of its bytes. Telemetry of a knob at rest unpacks to 19.

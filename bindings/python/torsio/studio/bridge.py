@@ -38,7 +38,7 @@ HAND: Final = 8
 PRESS: Final = 9
 TRUTH: Final = 10
 
-# Of what a page may send: bytes behind the first. The last two are for an emulated knob.
+# Bytes behind the first of each message from a page. The last two are for an emulated knob.
 _LENGTHS: Final = {WRITE: 64, GET: 1, SET: 64, HAVE: 0, HAND: 8, PRESS: 1}
 _TELEMETRY: Final = 0x40
 _COMMAND: Final = encode("command", {})[0]

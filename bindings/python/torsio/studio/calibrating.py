@@ -98,7 +98,7 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
         if (await _asked(socket)).get("do") == "keep":
             path = await asyncio.to_thread(_keep, knob, found)
             await socket.send_json({"kind": "kept", "path": str(path), "forgets": knob.is_emulated})
-    except (calibration.Refusal, Error, TypeError) as error:  # the latter of a supply in words
+    except (calibration.Refusal, Error, TypeError) as error:  # TypeError: the supply is no number
         await socket.send_json({"kind": "refused", "why": str(error)})
     finally:
         await asyncio.to_thread(knob.close)

@@ -162,7 +162,7 @@ async def pass_on(
     await asyncio.gather(*others, return_exceptions=True)
     for task in done:
         error = task.exception()
-        # Of the server's library these two mean that the page has gone; the knob's errors are
+        # The server's library raises these two when the page has gone. The knob's errors are
         # RuntimeErrors too.
         has_gone = isinstance(error, WebSocketDisconnect | RuntimeError)
         if isinstance(error, Error) or (error is not None and not has_gone):

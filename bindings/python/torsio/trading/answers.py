@@ -313,7 +313,7 @@ def _choose(rows: list[Row], options: LoopOptions, wanted: float) -> Row:
         for row, so_far in zip(first, times, strict=True):
             so_far.append(_batch_cpu_s(row.variant.of(options), 1, 0.5))
     cpu_s = [min(of) for of in times]
-    # Of what costs the same, the smallest.
+    # If several cost the same, the smallest.
     same = [row for row, one in zip(first, cpu_s, strict=True) if one <= _SAME * min(cpu_s)]
     return max(same, key=lambda row: len(row.variant.left_out))
 

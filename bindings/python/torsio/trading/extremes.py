@@ -23,7 +23,7 @@ from torsio.trading.visits import Visit, effects_of, felt_nm, moved, steady_nm
 
 __all__ = ["Extreme", "extremes"]
 
-_WEIGHTS: Final = (-0.6, -0.3, 0.3, 0.6)  # of what the motor gives
+_WEIGHTS: Final = (-0.6, -0.3, 0.3, 0.6)  # shares of the motor's torque
 _SETTLED_S, _WINDOW_S, _LASTING_RAD = 1.0, 0.2, 1e-3
 _REST_COUNTS: Final = 3
 _REVERSALS: Final = 4
@@ -100,7 +100,7 @@ def _stretch(quantity: str, options: LoopOptions, proposal: Variant, wanted: flo
             broken.add(f"the error is {perception.text(jnds)}")
         if breaks_at is None and (new := sorted(broken - before)):
             breaks, breaks_at = new[0], step
-        # What the scene does as it is breaks nothing.
+        # The scene itself, unstretched, breaks nothing.
         before = broken if step == 1 and quantity not in ("angle", "duration") else before
         if not is_true and (swings_at is not None or not math.isfinite(jnds)):
             break

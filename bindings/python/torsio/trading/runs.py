@@ -57,7 +57,7 @@ PARTS: Final[dict[str, dict[str, Any]]] = {
     "brake": {"brake_limit_nm": 0.0},  # and the coil of the electrics, see `Variant.of`
     "spring and brake": _NO_SPRING,
 }
-"""What leaves each part out of a plant."""
+"""For each part, the change of the plant that leaves it out."""
 WHOLE: Final = ("brake", "spring and brake")  # of the plant, so not combined with others
 _WITH_SPRING: Final = ("hysteresis", "hardening", "belt", "brake")
 _REPORT_BYTES: Final = 64

@@ -104,7 +104,7 @@ def effects_of(scene: Scene | None) -> list[Effect]:
 def edges_rad(scene: Scene | None) -> Array:
     """Give the angles at which a scene begins or ends to push, shape (n,).
 
-    Of detents they are the crests within two turns; of a curve both ends.
+    For detents these are the crests within two turns, for a curve both ends.
     """
     edges: list[float] = []
     for effect in effects_of(scene):
@@ -126,8 +126,8 @@ def edges_rad(scene: Scene | None) -> Array:
 def usual_hand(scene: Scene | None) -> ImpedanceHand:
     """Give fingers that turn the knob through the scene, press, hold and come back.
 
-    The grip is that of `torsio demo wall`. They press with 50 mN m at the scene's furthest edge
-    within a turn.
+    The grip is the same as in `torsio demo wall`. They press with 50 mN m at the scene's furthest
+    edge within a turn.
     """
     edges = edges_rad(scene)
     near = edges[np.abs(edges) <= 2.0 * math.pi]
@@ -146,7 +146,7 @@ def usual_hand(scene: Scene | None) -> ImpedanceHand:
 
 
 def felt_nm(rows: Record, plant: PlantParams, hand: Hand) -> Array:
-    """Give the torque that the knob puts on the hand: all but that of the knob's own inertia.
+    """Give the knob's torque on the hand, without the part of its own inertia.
 
     It is (JA + Jh) alpha - Thand. By Newton's law the torques of shaft, motor, cogging and friction
     on the knob add up to it, so nothing is differentiated.

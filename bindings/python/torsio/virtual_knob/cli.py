@@ -153,7 +153,7 @@ class _Show:
 
 def emulate_command(
     usbip: Annotated[
-        bool, typer.Option("--usbip", help="As a USB device over USB/IP, the only way.")
+        bool, typer.Option("--usbip", help="Serve a USB device over USB/IP; required.")
     ] = True,
     address: Annotated[
         str,

@@ -53,7 +53,7 @@ class Input:
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[Key | Mouse]:
-        """Yield what the bytes complete; what is none of it is passed over."""
+        """Yield the keys that the bytes complete; other bytes are ignored."""
         data = self._rest + data
         self._rest = b""
         at = 0

@@ -87,7 +87,7 @@ FINE_KEYS: Final = (
     "soft_sensor_compensated",
     "soft_sensor_calibrated",
 )
-"""Who is measured with these options too: what counts and rate limit most."""
+"""Actuators that are measured with these options too. Counts and rate limit them most."""
 
 
 @dataclass(frozen=True)

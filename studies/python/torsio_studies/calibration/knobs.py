@@ -26,7 +26,7 @@ EVALUATION: Final = 9
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
-"""Number of the study's first knob; those before it were used to make the estimators."""
+"""Number of the study's first knob; earlier ones were used to make the estimators."""
 
 QUANTITIES: Final = (
     "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "cogging_nm", "offset_nm",

@@ -248,7 +248,7 @@ STRING_WALL = runs.per_degree(25)
 HELD_BY_FRICTION_NM = (
     PlantParams().knob_coulomb_nm + PlantParams().brake_drag_nm + STRING_WALL * runs.COUNT_RAD
 )
-"""What dry friction holds without any brake, and a count more, that the encoder does not see."""
+"""The twist that dry friction holds without a brake, and one count that the encoder misses."""
 
 
 def stuck_torque_nm(law: Law, beta: float) -> float:

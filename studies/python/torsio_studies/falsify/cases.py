@@ -74,7 +74,7 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "hand_kg_m2": (5e-7, 5e-6),
     "hand_damping": (0.02, 2.0),
 }
-"""Least and most of what the optimiser moves, evenly in the logarithm.
+"""Bounds of the optimiser's variables, which move evenly in the logarithm.
 
 `weight` is a share of what can be held, `hand_damping` a share of the critical one.
 """

@@ -23,7 +23,7 @@ LASTING_RAD: Final = 1e-3
 REST_COUNTS: Final = 3
 """A knob that moves by more than either, whichever is larger, swings."""
 LOUD_NM: Final = 3e-3
-"""Of the motor at rest, root of the mean square above 20 Hz."""
+"""Root mean square of the motor's torque at rest, above 20 Hz."""
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _WINDOW_S: Final = 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins

@@ -68,7 +68,7 @@ AIMS: Final = {
     "slowest_exit_s": 10e-3,
     "drag_nm": 3e-3,
 }
-"""What is hoped for; `None` in a result is a knob that stays in a wall."""
+"""The aims. `None` in a result is a knob that stays in a wall."""
 
 
 def _plant(variant: Variant) -> PlantParams:

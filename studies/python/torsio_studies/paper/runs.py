@@ -279,7 +279,7 @@ class Cut:
     depth_at_cut_rad: float
     final_depth_rad: float
     exit_s: float | None
-    """This and the next two are those of `exits.Exit`."""
+    """As in `exits.Exit`, like the next two."""
     stuck_torque_nm: float
     outcome: Outcome
 
@@ -317,7 +317,7 @@ class Characterisation:
     measured_rad: Array
     true_rad: Array
     slope_nm_per_rad: float
-    """Of the linear range on the way up, from the torques at which the encoder counted."""
+    """The linear range on the way up, from the torques at which the encoder counted."""
     offset_nm: float
 
 

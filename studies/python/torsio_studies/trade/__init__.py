@@ -1,1 +1,1 @@
-"""What of the simulation a scene needs, for many scenes."""
+"""Parts of the simulation that scenes need, for many scenes."""

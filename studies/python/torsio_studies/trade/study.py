@@ -29,7 +29,7 @@ SCENES: Final[dict[str, torsio.Scene]] = {
         torsio.Periodic(amplitude_nm=5e-3, frequency_hz=40.0),
     ],
 }
-"""What is traded unless files are named."""
+"""The scenes unless files are named."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ struct DialOptions {
 
 class DialRig : public Rig {
  public:
-  /// What a host sums up.
+  /// The host's sums.
   struct Heard {
     long wheel = 0;
     long pan = 0;
@@ -49,7 +49,7 @@ class DialRig : public Rig {
     heard = {};
   }
 
-  /// What Linux and Windows ask for when they find a wheel that can do it.
+  /// Linux and Windows ask for this when a wheel offers it.
   void ask_for_fine() {
     REQUIRE(device->dial().set_feature(std::array<std::uint8_t, 2>{3, 0x05}));
     unit_ = 1;

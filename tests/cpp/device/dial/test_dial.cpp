@@ -74,7 +74,7 @@ TEST_CASE("dial: reversed, it scrolls the other way") {
 }
 
 TEST_CASE("dial: a detent that comes fast counts for more steps, and the host's sum stays full") {
-  // 2.9 turns a second are fast, 1.0 is half as fast as that, 0.1 is slow.
+  // 2.9 turns a second are fast, 1.0 is half as fast, 0.1 is slow.
   for (const auto& [counts_a_tick, steps] : {std::pair{24, 5}, {8, 2}, {1, 1}}) {
     for (const protocol::Toggle coarse : {protocol::Toggle::off, protocol::Toggle::on}) {
       CAPTURE(counts_a_tick);
@@ -214,7 +214,7 @@ TEST_CASE("dial: a torque that would buzz is not given, nor more than the motor 
   // n-th part.
   CHECK(most == near_nm(0.236 / 100, 0.02));
   DialRig slow({.detents = 1, .torque_nm = 1.0F});
-  // What it has, and not a sine that is cut off at it.
+  // The torque that it has, and not a sine cut off there.
   slow.turn_to(683, 50);
   slow.listen(60);
   CHECK(slow.outputs.motor_command_nm == near_nm(-0.085 * std::sin(683 * 6.283185307 / 8192)));
@@ -447,7 +447,7 @@ TEST_CASE("dial: who begins to listen late hears what is pressed, and every dete
   rig.tick(2);
   REQUIRE(rig.device->dial().next_input(waits) == 8);
   CHECK(waits[1] == 1);
-  CHECK(waits[4] == 0);  // whoever fetches it may throw it away
+  CHECK(waits[4] == 0);  // the host may throw it away
   for (int i = 0; i < 1000; ++i) {
     rig.inputs.encoder_count += i < 200 ? 1 : 0;
     rig.tick();
@@ -562,7 +562,7 @@ TEST_CASE("dial: games get nothing from it, and a game controller is no dial") {
   rig.listen(20);
   CHECK(rig.state() == State::disarmed);
 
-  // The personality is that of the start.
+  // The personality at the start counts.
   Rig game;
   protocol::GameConfig config;
   config.personality = protocol::Personality::dial;

@@ -1,4 +1,4 @@
-// What a game asks for and what the motor then gives: closed forms, written down here.
+// A game's effects and the motor's torque: closed forms, written down here.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

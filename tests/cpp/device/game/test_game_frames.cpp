@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kTicksPerMs = 10;
 
-/// What an update is made of: a report each, in a frame of the bus each.
+/// Reports of an update, each in a frame of the bus of its own.
 enum class Part : std::uint8_t { level, effect, envelope, start };
 
 /// A constant force at 10 kHz, updated by a game with a frame of so many ms.

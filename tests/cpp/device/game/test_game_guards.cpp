@@ -16,7 +16,7 @@ using protocol::Status;
 
 namespace {
 
-/// What waits for the host on the game's interface, at most so many reports.
+/// Reports that wait for the host on the game's interface, at most `most`.
 std::vector<std::array<std::uint8_t, 64>> inputs(GameRig& rig, int most = 100) {
   std::vector<std::array<std::uint8_t, 64>> reports;
   std::array<std::uint8_t, 64> report{};

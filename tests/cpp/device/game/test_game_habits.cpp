@@ -1,4 +1,4 @@
-// What games and drivers do that the standard does not foresee, each with where it was seen,
+// Habits of games and drivers that the standard does not foresee, each with its source,
 // against what must be felt. "hid-pidff" is Linux's drivers/hid/usbhid/hid-pidff.c.
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// Who has the actuator, and that it changes hands without a jump.
+// Owners of the actuator. It changes hands without a jump.
 #include <cmath>
 
 #include "device/game/game_rig.hpp"
@@ -227,7 +227,7 @@ TEST_CASE("nothing moves when a game opens the device, wherever the knob stands"
         config.blend_s = 0.002F;
       });
       rig.turn(64, counts / 64);
-      // What Linux and DirectInput do: reset, stop all, actuators on, gain, and an effect made.
+      // As Linux and DirectInput do: reset, stop all, actuators on, gain, and an effect made.
       for (const int control : {4, 4, 3, 1}) rig.control(control);
       rig.gain(32767);
       const int spring = rig.create(kSpring);

@@ -1,6 +1,7 @@
 // Stands in for the SDK's sdk/src/emulated/: "emulated" opens a virtual USB knob that is
 // plugged into this computer, through hidapi and the kernel, so that the tests written for the
-// emulated device run over USB as they are. What only the device inside the process can do throws.
+// emulated device run over USB as they are. Calls that only a device inside the process can serve
+// throw.
 #include <unistd.h>
 
 #include <algorithm>
@@ -53,7 +54,7 @@ std::shared_ptr<VirtualKnob> find_or_start(const std::string& name,
   return knob;
 }
 
-/// What hidapi's backend, whichever it is, calls the knob on a bus id.
+/// The knob's name on a bus id in hidapi's present backend.
 std::string path_of(const std::string& bus_id) {
   for (const HidListing& listing : list_hid()) {
     if (listing.path.starts_with(bus_id + ":")) return listing.path;

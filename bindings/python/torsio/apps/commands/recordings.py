@@ -79,7 +79,9 @@ def _wait(knob: torsio.Knob, recording: torsio.RecordingFile, duration_s: float 
 
 def export_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.")],
-    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Ends in .csv or .parquet.")],
+    table: Annotated[
+        Path, typer.Argument(metavar="TABLE", help="File to write; ends in .csv or .parquet.")
+    ],
     separator: Annotated[
         str, typer.Option("--separator", help="Separator of columns in CSV.")
     ] = ",",

@@ -32,14 +32,17 @@ def trade_command(
         ),
     ],
     wanted: Annotated[
-        float, typer.Option("--wanted", metavar="JND", help="What may change of the felt torque.")
+        float,
+        typer.Option(
+            "--wanted", metavar="JND", help="Largest change of the felt torque that you accept."
+        ),
     ] = 0.5,
     parts: Annotated[
         str | None,
         typer.Option(
             "--parts",
             metavar="NAMES",
-            help="Of the plant, such as belt,cogging; else all.",
+            help="Parts of the plant to try, such as belt,cogging. By default all.",
             show_default=False,
         ),
     ] = None,
@@ -48,7 +51,7 @@ def trade_command(
         typer.Option(
             "--config",
             metavar="FILE",
-            help="From `torsio config dump`: what the knob is.",
+            help="The knob's configuration, from `torsio config dump`.",
             show_default=False,
         ),
     ] = None,
@@ -68,7 +71,7 @@ def trade_command(
         ),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Leave out one part or all, in seconds.")
+        bool, typer.Option("--quick", help="Only leave out each part alone and all; takes seconds.")
     ] = False,
     stretch: Annotated[
         bool,

@@ -58,7 +58,7 @@ class UsbKnob:
     """Where it is plugged in: "1-2"."""
     serial: str
     driver: str
-    """Of the interface that the library talks to; empty if none has taken it."""
+    """Driver of the interface that the library talks to; empty if there is none."""
     node: Node | None
     """None if the kernel has made none."""
 
@@ -83,7 +83,7 @@ class ClockFit:
     drift_ppm: float
     """How much faster the device's clock runs."""
     uncertainty_ppm: float
-    """Of the drift, from the time that asking takes, and from the clock's step, which is a tick."""
+    """Uncertainty of the drift: the question takes time, and the clock steps by a tick."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def examine(knob: Knob) -> KnobFacts:
     )
 
 
-# Names of what may keep a knob from being opened or examined.
+# Names of the errors that keep a knob from being opened or examined.
 FAILURES: dict[type[Exception], str] = {
     DeviceBusy: "busy",
     PermissionDenied: "permission",
