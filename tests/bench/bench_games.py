@@ -360,10 +360,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--here", action="store_true", help="no virtual machine; needs root")
     parser.add_argument(
-        "--in-process", action="store_true", help="measure frames only, without a driver; takes seconds"
+        "--in-process",
+        action="store_true",
+        help="measure frames only, without a driver; takes seconds",
     )
     kinds = ("delay", "torque_error", "frames", "flood")
-    parser.add_argument("--what", nargs="+", choices=kinds, default=kinds, help="measurements; default: all")
+    parser.add_argument(
+        "--what", nargs="+", choices=kinds, default=kinds, help="measurements; default: all"
+    )
     parser.add_argument("--rate-hz", type=int, default=10_000, help="control rate")
     parser.add_argument("--updates", type=int, default=400, help="changes for each delay")
     parser.add_argument("--flood-per-s", type=float, default=10_000, help="updates a second")

@@ -83,7 +83,7 @@ class Refusal(Error):
     Attributes
     ----------
     reason
-        A short name, such as "reversed"; docs/how-to/calibration.md lists them.
+        A short name, such as "reversed"; docs/reference/calibration.md lists them.
     step
         Which step it was.
     facts

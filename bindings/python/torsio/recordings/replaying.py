@@ -1,7 +1,7 @@
 """Replay: a recording's inputs run again through the firmware's sources.
 
 On the sources of the recording the outputs are the same to the bit; on others, or with another
-configuration, the first difference is told. See docs/how-to/studio.md.
+configuration, the first difference is told. See docs/reference/studio.md.
 """
 
 from __future__ import annotations

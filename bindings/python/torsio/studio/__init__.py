@@ -1,7 +1,7 @@
 """The studio's bridge: a page in a browser sees and drives a knob that Python holds.
 
 `watch` lets a page look on while a program drives its knob; ``torsio studio`` hands the knob to the
-page. Both need the extra ``studio``. See docs/how-to/studio.md.
+page. Both need the extra ``studio``. See docs/reference/studio.md.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, Sh
 from torsio_studies.paper import runs
 
 RATE_HZ: Final = 10_000.0
-MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/how-to/calibration.md were made with
+MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/reference/calibration.md were made with
 WALL_NM_PER_RAD: Final = math.degrees(30e-3)
 WALL_PHASES: Final = 16
 EVALUATION: Final = 9

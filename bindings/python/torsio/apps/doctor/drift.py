@@ -40,7 +40,7 @@ def check_drift(knob: Knob) -> Finding:
             "drift",
             False,
             f"the quick calibration stopped: {refusal}",
-            "take hand and cables off the knob; docs/how-to/calibration.md lists the other causes",
+            "take hand and cables off the knob; docs/reference/calibration.md has other causes",
             {"step": refusal.step, "reason": refusal.reason},
         )
     except Error as error:
