@@ -319,7 +319,7 @@ def motor(
         seen.standard_uncertainty / constant,
         Quantity(
             "current_gain", gain, math.hypot(_TENTH, supply_sigma),
-            "of the current sensor over its configured value; a guess (docs/reference/calibration.md)",
+            "of the current sensor over the configured one; a guess: docs/reference/calibration.md",
         ),
         (
             Fit(
