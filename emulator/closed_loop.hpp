@@ -41,7 +41,7 @@ class ClosedLoop {
   void sense(LoopRow* row);
   void act();
 
-  /// From now on the actuators get this instead of what the law decides. The controller knows of it
+  /// From now on the actuators get this in place of the law's output. The controller knows of it
   /// and goes on sensing, without a scene.
   /// @throws std::invalid_argument unless the motor's torque is within 100 N m and the brake's 0 to
   ///         100
@@ -53,10 +53,10 @@ class ClosedLoop {
   void set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
   /// As Plant's.
   void set_hand_torque(double torque_nm) { plant_.set_hand_torque(torque_nm); }
-  /// The encoder's noise goes on as that of a loop with this seed begins.
+  /// The encoder's noise goes on as in a new loop with this seed.
   void set_seed(std::uint64_t seed);
 
-  /// Adds the bytes of what it remembers, for restore(). Not of a plant with electrics.
+  /// Appends its state, for restore(). Not for a plant with electrics.
   void save(std::vector<std::uint8_t>& into) const;
   /// Goes on from where the loop was that saved this: one with the same options.
   /// @returns the bytes that follow

@@ -45,7 +45,7 @@ void check_override(const Config& config) {
                               " is outside what docs/reference/protocol.md allows");
 }
 
-/// The storage as if the overriding configuration had been saved there.
+/// The storage with the overriding configuration saved in it.
 device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
   const device::ConfigStore store(options.stored, boards::kReference.wiring_rule);
   device::Config config = store.loaded().value_or(device::Config{});

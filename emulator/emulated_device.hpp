@@ -25,7 +25,7 @@
 namespace torsio::emulator {
 
 struct EmulatedDeviceOptions {
-  /// Of everything random; the encoder's own seed is added to it for its noise.
+  /// Seed of everything random. The encoder adds its own for its noise.
   std::uint64_t seed = 0;
   /// protocol::min_control_period_ns to protocol::max_control_period_ns
   std::int64_t control_period_ns = protocol::emulated_control_period_ns;
@@ -34,7 +34,7 @@ struct EmulatedDeviceOptions {
   Hand hand = NoHand{};
   std::string serial{kEmulatedSerial};  ///< 1 to 16 printable ASCII characters
   device::StoredSlots stored = device::empty_slots();
-  /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
+  /// Configuration in the storage at the start; it replaces `stored` and the defaults.
   std::optional<protocol::ActuatorConfig> actuator{};
   std::optional<protocol::ControlConfig> control{};
   std::optional<protocol::BoardConfig> board{};  ///< a plant with electrics has use for it
@@ -126,7 +126,7 @@ class EmulatedDevice {
   /// Takes the power away or gives it back. Powering up starts the firmware anew.
   void set_powered(bool powered);
   void set_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
-  /// What the current sensor shows from now on, of a plant with electrics.
+  /// Sets the current sensor's reading from now on, for a plant with electrics.
   /// @throws std::logic_error if the plant has none
   void set_current_sensor(CurrentSensorState state);
   /// The supply gives that many volts from now on.
@@ -156,7 +156,7 @@ class EmulatedDevice {
   void log_report(InputKind kind, std::span<const std::uint8_t> report);
 
   EmulatedDeviceOptions options_;
-  // Of a plant with electrics; where it is the device knows.
+  // For a plant with electrics; the device has a pointer to it.
   std::unique_ptr<PowerPath> power_;
   Plant plant_;
   Encoder encoder_;

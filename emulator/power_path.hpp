@@ -30,12 +30,12 @@ class PowerPath {
   void power_up(const protocol::BoardConfig& config, float brake_lag_s);
   void power_down();
 
-  /// What the board cannot trust now, as bits of `faults`; see device::PowerLogic.
+  /// Bits of `faults` for the parts that the board cannot trust now; see device::PowerLogic.
   /// @param bridge_reports a bridge says that something is wrong
   [[nodiscard]] std::uint16_t find_faults(bool bridge_reports) const {
     return logic_ ? logic_->find_faults(bridge_reports) : std::uint16_t{0};
   }
-  /// Of the board, which has power.
+  /// The board's logic; the board has power.
   [[nodiscard]] device::PowerLogic& logic() { return *logic_; }
   /// As the board's own device has it. Once a tick.
   void set_speed(float speed_rad_s) {

@@ -29,7 +29,7 @@ class ReplayedDevice {
   /// Without power.
   explicit ReplayedDevice(const device::BoardInfo& board) : board_(board) {}
 
-  /// Has the next input. What the device cannot have, as it has no power, does nothing.
+  /// Gives the device the next input. Without power the device ignores it.
   /// @throws std::invalid_argument if these bytes are no input of this kind
   void take(InputKind kind, std::span<const std::uint8_t> bytes);
 

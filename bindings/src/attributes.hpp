@@ -129,7 +129,8 @@ class Attributes {
   }
 
  private:
-  /// None of what is no string, or has surrogates, which UTF-8 has not. Valid as long as the value.
+  /// Nothing for other types and for strings with surrogates, which UTF-8 lacks. Valid as long as
+  /// the value.
   static std::optional<std::string_view> utf8(const pybind11::handle& value) {
     if (!pybind11::isinstance<pybind11::str>(value)) return std::nullopt;
     Py_ssize_t size = 0;

@@ -97,8 +97,8 @@ T from_python(const pybind11::handle& source) {
   return made;
 }
 
-/// A value as Python has it: enumerations by name, several as a tuple, structures as dicts of what
-/// their data class wants.
+/// A value as Python has it: enumerations by name, several as a tuple, structures as dicts of
+/// their data class's arguments.
 template <class T>
 pybind11::object to_python(const T& value) {
   if constexpr (Listed<T>) {

@@ -119,7 +119,7 @@ class PlantCircuit {
   emulator::BridgeShares shares_;
 };
 
-/// As plant_record, but of what costs nothing to look at, so that little but the stepping is timed.
+/// Like plant_record, but with cheap columns only, so that the stepping dominates the time.
 py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_command_nm,
                                 const Doubles& brake_command_nm, std::int64_t period_ns) {
   const py::ssize_t size = common_length("commands", motor_command_nm, brake_command_nm);

@@ -41,7 +41,7 @@ py::object plain(const T& value) {
   } else if constexpr (Enumeration<T>) {
     const auto& names = protocol::Enumerators<T>::names;
     const auto index = static_cast<std::size_t>(value);
-    // Of an open enumeration there may be more than this build has names for.
+    // An open enumeration may have values without a name in this build.
     return index < names.size() ? py::object(to_str(names[index])) : py::object(py::int_(index));
   } else if constexpr (std::is_floating_point_v<T>) {
     return py::float_(value);

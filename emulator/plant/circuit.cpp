@@ -8,8 +8,8 @@
 namespace torsio::emulator {
 namespace {
 
-// Of two bridges that are awake, the board's regulator and the divider: what else empties a
-// supply's capacitor that braking has charged.
+// Current of two bridges that are awake, the board's regulator and the divider. It empties the
+// supply's capacitor after braking has charged it.
 constexpr double kStandbyA = 5e-3;
 
 /// When something that goes from a value to an end, of the other sign, with a time constant is

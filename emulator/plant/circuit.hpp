@@ -39,9 +39,9 @@ class Circuit {
   /// The supply gives another voltage from now on, without load; its capacitor follows.
   void set_supply(double supply_v) { electrics_.supply_v = supply_v; }
   [[nodiscard]] ElectricsState state(const Plant& plant) const;
-  /// Of the motor; positive turns forward.
+  /// The motor's current; positive turns forward.
   [[nodiscard]] double current_a(const Plant& plant) const;
-  /// Of the brake's coil, with its sign.
+  /// The current of the brake's coil, with its sign.
   [[nodiscard]] double coil_current_a(const Plant& plant) const;
   /// Ripple in the motor's current, so long after the middle of the driven time.
   [[nodiscard]] double ripple_a(const BridgeShares& shares, double offset_s) const;
@@ -70,7 +70,7 @@ class Circuit {
   double coil_c_;
   double supply_v_;
   double coil_sign_ = 1.0;       // of the coil's current
-  double iron_sign_ = 1.0;       // of what it has made of a brake with hysteresis
+  double iron_sign_ = 1.0;       // the last direction, for a brake with hysteresis
   double coil_torque_nm_ = 0.0;  // see coil_torque_nm(); of a plant with hysteresis
 };
 

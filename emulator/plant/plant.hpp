@@ -49,7 +49,7 @@ class Plant {
   /// @throws std::invalid_argument as the constructor does; the old hand then stays
   void set_hand(Hand hand);
 
-  /// The same as a TorqueHand of a constant torque that takes over now, for whoever already is one.
+  /// Changes the torque of a hand that already is a TorqueHand, as a new one would.
   /// @throws std::invalid_argument if there is another hand, or beyond 100 N m
   void set_hand_torque(double torque_nm);
 

@@ -1,6 +1,6 @@
 /// @file
 /// The functions that the plant and its noise need, from additions, multiplications and divisions
-/// alone: those of the C library differ in their last bit from processor to processor, and a
+/// alone: the C library's functions differ in the last bit from processor to processor, and a
 /// friction that sticks or slides makes a different life of it.
 #pragma once
 

@@ -43,7 +43,7 @@ struct Angle {
   }
 };
 
-/// What the plant remembers. Shaft 0 is shaft A with motor and knob, shaft 1 the spring's pulley B,
+/// State of the plant. Shaft 0 is shaft A with motor and knob, shaft 1 the spring's pulley B,
 /// shaft 2 the brake C. Shafts that the parts in use make one rigid body have equal speeds and no
 /// twist between them: B and C unless there is a belt, all three without spring and brake.
 struct PlantState {

@@ -112,7 +112,7 @@ InPacket in(std::uint8_t number, std::span<std::uint8_t> packet) {
 
 }  // namespace torsio::emulator::usbip::bus
 
-// What the stack calls --------------------------------------------------------------------------
+// Called by the stack --------------------------------------------------------------------------
 
 using torsio::emulator::usbip::bus::controller;
 using torsio::emulator::usbip::bus::Endpoint;

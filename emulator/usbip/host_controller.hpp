@@ -68,7 +68,7 @@ class HostController {
     std::size_t sent = 0;  // OUT
   };
   using Queue = std::deque<Transfer>;
-  /// Of an IN endpoint for which no transfer waits.
+  /// An IN endpoint without a waiting transfer.
   struct Absence {
     unsigned frames = kMostLate + 1;  // since the last transfer; nobody has asked yet
     unsigned missed_polls = 0;        // while the device had a packet

@@ -231,7 +231,7 @@ class Program {
     }
     teller.flush();
     ++frames_;
-    // What failed is tried again once in a second.
+    // A failed write is tried again once a second.
     if (storage_fault_.empty() || frames_ % kFramesPerSecond == 0) keep_storage();
     if (options_.status && frames_ % kFramesPerStatus == 0) tell_status(knob_.device());
     if (frames_ % kFramesPerSecond != 0) return;

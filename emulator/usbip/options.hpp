@@ -37,7 +37,7 @@ struct ProgramOptions {
 /// @throws BadOption
 ProgramOptions read_options(std::span<const std::string_view> arguments);
 
-/// What `--help` prints.
+/// The text of `--help`.
 std::string usage();
 
 /// Whether only programs of this machine can reach an address.

@@ -31,7 +31,7 @@ struct ControllerParams {
   PartitionParams partition;
   SlewParams slew;
   PartitionParams excitation;  // the limits of one
-  BoundParams bound;           // of the law calibrated, as the next
+  BoundParams bound;           // used by the law calibrated, with `assist`
   AssistParams assist;
 };
 

@@ -50,8 +50,7 @@ constexpr float hold_current(CurrentLoopState& state, const CurrentLoopParams& p
   return voltage_v * params.share_per_v;
 }
 
-/// Of a loop whose voltage acts a known delay after the current was measured, and then for a
-/// period.
+/// For a loop whose voltage acts for a period, a known delay after the current is measured.
 struct PredictiveParams {
   float delay_decay = 0;    // of the current over the delay, without voltage
   float delay_a_per_v = 0;  // what a volt makes of it over the delay
@@ -120,12 +119,12 @@ constexpr float hold_current(PredictiveState& state, const PredictiveParams& par
 // sags when it is driven hard makes it another for a while.
 inline constexpr float kRestTimes = 2.0F;
 
-/// Of a coil whose current is not measured: driven by what a model of it says.
+/// For a coil whose current is not measured: a model of the coil gives it.
 struct CoilParams {
   float decay = 0;                 // of its current in a period, without voltage
   float a_per_v = 0;               // what a volt makes of it in a period
   float v_per_a = 0;               // 1 / a_per_v
-  float follow_decay = 0;          // of what is missing, in a period
+  float follow_decay = 0;          // share of the missing current that remains after a period
   float supply_v = 1;              // > 0
   float share_per_v = 1;           // 1 / supply_v
   float erase_a = 0;               // sent backwards once it is told to let go; 0: never
@@ -138,7 +137,7 @@ struct CoilState {
   std::uint32_t rested_periods = 0;
 };
 
-/// Of the current that is missing, what still is after a period.
+/// The share of the missing current that remains after a period.
 /// @param lag_s with which the current shall follow, >= 0; longer than inductance / resistance it
 ///              follows slower than by itself, shorter faster, as far as the supply goes
 constexpr float coil_follow_decay(float lag_s, float period_s) {

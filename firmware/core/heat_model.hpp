@@ -7,12 +7,12 @@
 
 namespace torsio::core {
 
-// Continuous currents are those of data sheets: in air of 25 degrees they make the winding as warm
-// as its insulation stands, 125 degrees.
+// Continuous currents come from data sheets: in air of 25 degrees they warm the winding to 125
+// degrees, the limit of its insulation.
 inline constexpr float kRatedAirC = 25.0F;
 inline constexpr float kMostRiseK = 100.0F;
 
-// Only currents that nobody allowed make it as warm as that.
+// Only currents beyond the allowed ones reach this.
 inline constexpr float kTooHotRiseK = 1.2F * kMostRiseK;
 
 // Resistance of copper over that at 25 degrees, for each degree.

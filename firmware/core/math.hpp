@@ -28,7 +28,7 @@ constexpr bool is_finite(float value) {
 constexpr float absolute(float value) { return __builtin_fabsf(value); }
 constexpr float smaller(float a, float b) { return b < a ? b : a; }
 
-/// Of numbers, never NaN. Their order decides between zeros of both signs, but not everywhere.
+/// For numbers, never NaN. Between zeros of both signs the order may decide.
 constexpr float larger(float a, float b) {
   if constexpr (kHasNumberMinMax) return __builtin_fmaxf(a, b);
   return a < b ? b : a;

@@ -18,15 +18,15 @@ struct WindingParams {
   float mean_share = 0;       // 1 / comparisons from one look at the means to the next
   float mean_slack_a = 0;     // the same of the means
   float mean_patience_a = 0;  // the most that lasts, summed over the looks
-  float own_decay = 0;        // from one look to the next, of what the motor made itself
-  float steady_share = 0;     // of the way that the steady values go in a look
+  float own_decay = 0;        // of the motor's own voltage, from one look to the next
+  float steady_share = 0;     // of their way that the steady values go in a look
 };
 
 struct WindingState {
   float voltage_v = 0;   // acts now
   float expected_a = 0;  // by the model
   std::uint32_t doubtful_steps = 0;
-  // Of all comparisons since the last look.
+  // Sums of all comparisons since the last look.
   float difference_sum_a = 0;
   float measured_sum_a = 0;
   // The last look's means.
@@ -37,7 +37,7 @@ struct WindingState {
   // By how much the model has been too high and too low, less what is never doubted.
   float above_a = 0;
   float below_a = 0;
-  // The same of what has changed since a while ago.
+  // The same sums for recent changes only.
   float steady_difference_a = 0;
   float steady_measured_a = 0;
   float steady_own_a = 0;
@@ -49,8 +49,8 @@ struct WindingState {
 inline constexpr float kModelErrorShare = 0.4F;
 
 // A winding of a third less than its resistance draws 1.43 times the current, and a supply of a
-// tenth more 1.6 times: the model then has 0.37 of what flows too little. Half of it is missing
-// with a supply of twice the voltage.
+// tenth more 1.6 times: the model then has 0.37 of the real current too little. Half of it is
+// missing with a supply of twice the voltage.
 inline constexpr float kMostTooLow = 0.41F;
 
 // A winding of a third more than its resistance takes 1.3 times the voltage for its current. On a
@@ -62,8 +62,8 @@ inline constexpr float kMostTooHigh = 0.85F;
 // much also resistance and supply may change within a second.
 inline constexpr float kQuickShare = 0.2F;
 
-// Of the voltage that the motor makes itself: a constant of a tenth more on a supply of a sixth
-// less seems 1.32 times of it.
+// Limit for the motor's own voltage: a constant a tenth larger on a supply a sixth weaker seems
+// 1.32 times as much.
 inline constexpr float kOwnErrorShare = 0.35F;
 
 // The speed estimate is late by some milliseconds: so long it is remembered how fast it was.
@@ -72,8 +72,8 @@ inline constexpr float kOwnMemoryS = 10e-3F;
 // So long no winding gets warm, and no supply weak.
 inline constexpr float kSteadyS = 0.5F;
 
-/// The slack is half the limit, that of the means a twentieth or a fiftieth of the supply's
-/// voltage: a bridge's dead time takes so much.
+/// The slack is half the limit. For the means it is a twentieth or a fiftieth of the supply's
+/// voltage, which a bridge's dead time takes.
 /// @param resistance_ohm, inductance_h, period_s, torque_constant_nm_per_a, supply_v all > 0
 /// @param current_max_a >= 0
 /// @param patience_s    longer than speed estimate and current need to settle

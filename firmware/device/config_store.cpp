@@ -11,8 +11,8 @@
 namespace torsio::device {
 namespace {
 
-// A slot: magic, layout, number of the save, checksum of what the calibration is about, the
-// configuration's reports as on the wire but for their padding, checksum of all before it.
+// A slot: magic, layout, number of the save, checksum of the calibrated values, the
+// configuration's reports as on the wire without padding, checksum of all before it.
 constexpr std::uint32_t kMagic = 0x53524F54;  // "TORS"
 constexpr std::size_t kLayoutAt = 4;
 constexpr std::size_t kSavesAt = 8;

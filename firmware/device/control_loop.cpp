@@ -393,7 +393,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   overlay_.bounds = false;
   if (core::is_needed(overlay_)) playing_overlay_ = &overlay_;
   if (!playing) {
-    silent_ticks_left_ = kForever;  // whoever arms is heard
+    silent_ticks_left_ = kForever;  // the host that arms is alive
     return;
   }
   if (excitation_.on) {

@@ -108,7 +108,7 @@ struct Snapshot {
   LoopCounters counters;
 };
 
-/// Of a snapshot what every round of the main loop asks for.
+/// The part of a snapshot that every round of the main loop needs.
 struct Now {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
@@ -122,8 +122,8 @@ template <class Take>
 auto between_ticks(const std::uint64_t& counted, Take&& take) {
   for (;;) {
     // Before anything is taken, and once more after everything: without the fences the compiler
-    // may look twice at the same moment. A number that was itself read in two halves is none that
-    // comes back.
+    // may look twice at the same moment. A number that was read in two halves
+    // does not come twice.
     const std::uint64_t tick = counted;
     std::atomic_signal_fence(std::memory_order_acq_rel);
     const auto copy = take(tick);
@@ -155,7 +155,7 @@ struct Faults {
   bool latch(std::uint32_t now, Phase phase);
 };
 
-/// What control loop and main loop hand each other.
+/// Control loop and main loop exchange these.
 struct Mailbox {
   // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
   // that no arming comes between the question and what must not happen to an armed device.
@@ -174,7 +174,7 @@ class ControlLoop {
 
   // Control interrupt.
   TickOutputs tick(const TickInputs& in);
-  /// Of the last tick.
+  /// Speed in the last tick.
   float speed_rad_s() const {
     return controller_.motion.speed_counts_per_tick * config_.controller.motion.speed_scale;
   }
@@ -242,7 +242,7 @@ class ControlLoop {
   core::Overlay overlay_;
   // The longest tick so far, but not more than the budget: a longer one is something to decide.
   std::uint32_t usual_tick_ns_ = 0;
-  float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of what plays
+  float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of the present scene
 
   LoopConfig config_;
   core::ControllerState controller_;

@@ -92,7 +92,7 @@ class Device {
   protocol::Personality personality() const { return personality_; }
   /// Whether turning or pressing wakes a host that sleeps, from the start on.
   bool wakes_host() const { return wakes_host_; }
-  /// What a hand changes.
+  /// Inputs that a person changes.
   struct Touch {
     std::int64_t position_counts = 0;
     std::uint8_t buttons = 0;

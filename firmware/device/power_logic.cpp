@@ -25,7 +25,7 @@ constexpr float kPatienceS = 4e-3F;
 // Particle brakes keep some 5 % of their torque.
 constexpr float kEraseShare = 0.05F;
 
-// Of the smallest motors' windings and brakes' coils; larger ones are slower.
+// Time constants of the smallest windings and coils; larger ones are slower.
 constexpr float kWindingS = 10.0F;
 constexpr float kCoilS = 100.0F;
 constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often, nor the supply
@@ -180,7 +180,7 @@ PowerDrive PowerLogic::drive(const TickOutputs& wanted) {
   return {direction_ * share, brake_share, true};
 }
 
-/// In whole numbers, of which nothing is lost however many they are.
+/// In whole numbers, so that long sums lose nothing.
 void PowerLogic::count(std::int32_t current_steps, float motor_share) {
   sums_.reading = current_steps;
   sums_.share_before = sums_.share;

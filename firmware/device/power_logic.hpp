@@ -43,8 +43,7 @@ struct PowerSums {
 };
 inline constexpr float kSharesPerSupply = 16384.0F;
 
-/// A number from the main loop to the interrupt, whole. Copied like any other, by whoever runs
-/// neither.
+/// A number from the main loop to the interrupt, whole. Code outside of both may copy it.
 class HandedOver {
  public:
   explicit HandedOver(float value) : value_(value) {}
@@ -81,7 +80,7 @@ class PowerLogic {
   /// True while the current is far above its limit.
   bool over_current() const;
 
-  /// What of motor, sensor and bridges cannot be trusted now, as bits of `faults`.
+  /// Bits of `faults` for motor, sensor and bridges that cannot be trusted now.
   /// @param bridge_reports a bridge says that something is wrong; not believed for a moment after
   ///                       it was enabled
   std::uint16_t find_faults(bool bridge_reports) const;
@@ -89,7 +88,7 @@ class PowerLogic {
   /// The knob's speed, for the voltage that the motor makes itself. Once a tick.
   void set_speed(float speed_rad_s) { speed_rad_s_ = speed_rad_s; }
 
-  /// Of the last step; positive turns the knob to larger angles.
+  /// Current in the last step; positive turns the knob to larger angles.
   float current_a() const { return current_a_; }
 
   /// For the main loop, all of one moment.

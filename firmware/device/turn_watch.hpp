@@ -8,7 +8,7 @@
 
 namespace torsio::device {
 
-/// What a guest reads of the rest of the device.
+/// State of the device that a guest reads.
 struct Moment {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
@@ -16,7 +16,7 @@ struct Moment {
   protocol::Owner owner = protocol::Owner::none;
 };
 
-/// What it wants of the actuator.
+/// Its wish for the actuator.
 enum class Wish : std::uint8_t { nothing_new, take, let_go };
 
 class TurnWatch {

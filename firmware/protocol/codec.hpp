@@ -93,7 +93,7 @@ class Reader {
     }
   }
 
-  // Once for all fields of a type, likewise.
+  // This too is compiled once for all fields of a type.
   template <class T, class FieldType>
   [[gnu::noinline]] constexpr void get_scalar(T& value, const FieldType& field) {
     const auto exact = static_cast<UnsignedOf<sizeof(T)>>(take_bits(sizeof(T)));

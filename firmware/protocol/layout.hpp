@@ -81,7 +81,7 @@ consteval Field<Owner, T> number(std::string_view name, T Owner::* member, std::
   return {name, member, unit, min, max, doc};
 }
 
-/// A number of which every (finite) value has a meaning.
+/// A number without a range: every (finite) value has a meaning.
 template <class Owner, class T>
 consteval Field<Owner, T> any_number(std::string_view name, T Owner::* member,
                                      std::string_view unit, std::string_view doc) {

@@ -77,7 +77,7 @@ void give_input(Interface& interface) {
   if (submit(interface.endpoint_in, interface.in, interface.in_size)) interface.in_size = 0;
 }
 
-// What TinyUSB calls -------------------------------------------------------------------------
+// Called by TinyUSB -------------------------------------------------------------------------
 
 void init() {}
 bool deinit() { return true; }

@@ -7,7 +7,7 @@
 
 namespace torsio::conversion {
 
-/// @throws InvalidArgument that names the field, its value and its range; likewise below
+/// @throws InvalidArgument that names the field, its value and its range, as all functions below
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
 protocol::ControlConfig to_wire(const ControlConfig& config);
 /// @param rule what the board finds wrong with its wiring; nullptr: not known here, the device asks

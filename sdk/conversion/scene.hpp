@@ -1,5 +1,5 @@
 /// @file
-/// A scene as it travels, with the rules across the fields of its effects and those of the device.
+/// A scene as it travels, with the rules across fields and the device's limits.
 #pragma once
 
 #include <cstddef>

@@ -8,7 +8,7 @@
 
 namespace torsio::conversion {
 
-/// A number as the sum of two doubles, the second of which is what the first has rounded away.
+/// A number as the sum of two doubles. The second is the first one's rounding error.
 struct Exact {
   double value = 0.0;
   double rest = 0.0;

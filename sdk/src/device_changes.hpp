@@ -11,7 +11,7 @@
 
 namespace torsio {
 
-/// Turns lists of what is there into arrivals and departures. Has no clock: it is told the time.
+/// Turns lists of devices into arrivals and departures. It has no clock; the caller gives the time.
 class DeviceChanges {
  public:
   using Time = std::chrono::steady_clock::time_point;

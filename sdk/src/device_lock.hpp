@@ -9,7 +9,7 @@ namespace torsio {
 
 /// An advisory lock on a device, held until it is destroyed, and released by the system if the
 /// process dies. Its file lies in $XDG_RUNTIME_DIR where that is the user's own, so it keeps apart
-/// the programs of one user, not those of two. On Windows it lies in the user's own temporary
+/// the programs of one user, not of two. On Windows it lies in the user's own temporary
 /// folder, and goes with the lock.
 class DeviceLock {
  public:

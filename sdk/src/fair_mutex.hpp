@@ -15,8 +15,8 @@ class FairMutex {
   void lock() {
     const unsigned ticket = next_ticket_.fetch_add(1);
     if (now_serving_ == ticket) return;
-    // Not std::atomic's own wait: that of MinGW's GCC 12 looks, and sleeps through a call that
-    // comes before it is asleep.
+    // Not std::atomic's own wait: MinGW's GCC 12 looks first, and sleeps through a call that comes
+    // before it is asleep.
     std::unique_lock lock(waiting_);
     called_.wait(lock, [&] { return now_serving_ == ticket; });
   }

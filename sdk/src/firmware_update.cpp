@@ -385,7 +385,7 @@ FirmwarePlan prepare_update(const fs::path& path, std::string_view selector,
     plan.before = std::move(knob.info);
     plan.configuration = std::move(knob.configuration);
   } catch (const ProtocolMismatch&) {
-    // Of another release: it cannot be asked, and its configuration will be lost.
+    // Firmware of another release: nobody can ask it, and its configuration will be lost.
   }
   check_board(plan.file, plan.before ? plan.before->board : plan.device->board);
   return plan;

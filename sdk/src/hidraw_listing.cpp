@@ -73,7 +73,7 @@ std::pair<std::uint32_t, std::uint32_t> first_usage(std::string_view descriptor)
   return {page, usage};
 }
 
-/// Of a device from elsewhere, to be shown: printable ASCII.
+/// A foreign device's text for the screen: printable ASCII.
 std::string shown(std::string_view text) {
   std::string out(text.substr(0, text.find('\n')));
   std::ranges::replace_if(out, [](char c) { return c < 32 || c > 126; }, '?');

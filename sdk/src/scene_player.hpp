@@ -1,5 +1,5 @@
 /// @file
-/// Keeps the device's scene in step with the user's, with as few reports as that takes.
+/// Keeps the device's scene in step with the user's, with the fewest reports.
 #pragma once
 
 #include <array>

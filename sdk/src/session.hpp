@@ -117,7 +117,7 @@ class Session {
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
 
-  // What is known of the device ------------------------------------------------------------------
+  // Facts about the device ------------------------------------------------------------------
 
   [[nodiscard]] State state();
   /// Armed, and by nobody else: neither by a game nor by the dial.

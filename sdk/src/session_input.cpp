@@ -177,7 +177,8 @@ void Session::tell_event(std::string kind, std::uint16_t faults, std::uint64_t t
   events_.add({std::move(kind), state_, owner_, fault_names(faults), tick, decoder_.time_s(tick)});
 }
 
-// What is known ----------------------------------------------------------------------------------
+// Facts about the device
+// ----------------------------------------------------------------------------------
 
 State Session::state() {
   const std::lock_guard lock(mutex_);

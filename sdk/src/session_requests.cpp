@@ -110,7 +110,7 @@ bool Session::send_keep_alive() noexcept {
     if (sent) ++reports_sent_;
     return sent;
   } catch (...) {
-    return false;  // whoever reads next finds out that the device is gone
+    return false;  // the next read finds out that the device is gone
   }
 }
 

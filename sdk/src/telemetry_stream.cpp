@@ -17,7 +17,7 @@ namespace {
 constexpr double kMaxSampleRateHz = 1000.0 * protocol::samples_per_report;
 constexpr double kEasySampleRateHz = 900.0 * protocol::samples_per_report;
 
-// Of one recording, which is held in memory: a day of samples at 1,000 a second, about 6 GB.
+// Most samples of one recording in memory: a day at 1,000 a second, about 6 GB.
 constexpr double kMaxRecordedSamples = 1e8;
 
 // With a report a frame that has the newest samples: when an answer takes a frame, the next report

@@ -7,8 +7,8 @@ const EVERY = 4;
 const QUICKEST_OF = 64;
 
 /**
- * A sample's age counts from when it was made, by the knob's clock. What that clock says in the page's
- * time nobody knows better than by the sample that came quickest.
+ * A sample's age counts from when it was made, by the knob's clock. The quickest
+ * sample tells best what that clock says in the page's time.
  */
 export class Ages {
   readonly #ages: number[] = [];

@@ -6,7 +6,7 @@ import { show } from "./page";
 import { LEDGER_TORQUE_NM } from "./reports";
 
 const LOOK_MS = 500;
-// Of a law that counts nothing one asks more seldom: it may be changed by another program.
+// A law without energies is asked less often; another program may change the law.
 const IDLE_LOOKS = 4;
 
 export interface Energies {

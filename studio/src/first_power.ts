@@ -7,7 +7,7 @@ import { byId, element } from "./page";
 
 const NEARLY_A_TURN_RAD = 0.95 * 2 * Math.PI;
 const CLEARLY_RAD = 0.5;
-// Of the motor's push, which gets faster: far below the speed limit, also where a page is late.
+// The motor's push gets faster. This angle keeps it far below the speed limit, even on a late page.
 const PUSHED_RAD = 0.2;
 const PUSH = 1.3; // times the friction
 const DRAG_NM = 0.01;

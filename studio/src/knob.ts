@@ -7,7 +7,7 @@ import { TelemetryDecoder, type Units } from "./samples";
 import type { Transport } from "./transport";
 
 const LOOK_MS = 1000;
-// Looks without an answer, of which a machine that is busy needs some.
+// Looks without an answer before a timeout; a busy machine needs some.
 const ANSWER_LOOKS = 5;
 const IN_TIME = `within ${(ANSWER_LOOKS * LOOK_MS) / 1000} s`;
 // Looks without a sample: a page that was busy itself has had none either.
@@ -179,7 +179,7 @@ export class Knob {
     if (name === "acknowledgement") {
       this.#enter(String(values.state), String(values.owner));
       this.#answers.get(Number(values.sequence))?.(values);
-      // Only who looks on is told of what others configure.
+      // Only a page that looks on hears of other programs' configurations.
       if (this.transport.readOnly && CONFIGURATION_IDS.has(Number(values.report))) void this.#lookAnew();
     } else if (name === "event") {
       if (values.kind !== "state_changed" && DISARM_REASONS.some((reason) => reason.name === values.kind)) {

@@ -35,7 +35,7 @@ export class TelemetryDecoder {
   decimation = 0;
   #position = 0;
   #nextTick: number | undefined;
-  // One for all: whoever gets it copies it.
+  // One row for all samples: the caller copies it.
   readonly #row = new Float64Array(1 + CHANNELS.length);
 
   constructor(private units: Units) {}
@@ -87,7 +87,7 @@ export class TelemetryDecoder {
 }
 
 /**
- * What curves need of samples: of each step of time and each curve the lowest and the highest value,
+ * Samples for curves: the lowest and the highest value of each curve in each step of time,
  * so that no peak is lost and a picture costs the same at any rate. Each sample is looked at once.
  */
 export class Steps {

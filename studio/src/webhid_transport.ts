@@ -37,7 +37,7 @@ export class WebHidTransport implements Transport {
 
   /**
    * Asks the user which knob, unless only one can be meant; needs a click.
-   * @param another there was one until now, and another may be wanted
+   * @param another whether to ask again, because the user may want another knob
    * @throws Error that says what to do
    */
   static async open(another: boolean): Promise<WebHidTransport> {

@@ -11,14 +11,14 @@ namespace {
 
 constexpr std::size_t kLongest = 256;
 std::array<char, kLongest> text{};
-// What is thrown is put together here; one is all that can be thrown.
+// A thrown object is put together here; only one can be under way.
 alignas(std::max_align_t) std::array<std::uint8_t, 256> thrown_object{};
 
 }  // namespace
 
 extern "C" {
 
-/// The text of what was thrown, ends with 0; empty if nothing was.
+/// The thrown object's text, ends with 0; empty if nothing was thrown.
 __attribute__((export_name("thrown_text"))) const char* thrown_text() { return text.data(); }
 
 // NOLINTBEGIN(bugprone-reserved-identifier): the names that the compiler calls

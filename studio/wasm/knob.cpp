@@ -126,8 +126,8 @@ EXPORTED(set_emergency_stop) void set_emergency_stop(int pressed) {
   device->set_emergency_stop(pressed != 0);
 }
 
-/// What no sensor sees, now: angles of knob and brake in rad, speed in rad/s, and in N m the
-/// torques of spring, brake, brake's capacity, motor and hand.
+/// True values that no sensor sees, now: angles of knob and brake in rad, speed in rad/s, and in N
+/// m the torques of spring, brake, brake's capacity, motor and hand.
 EXPORTED(take_truth) const double* take_truth() {
   const auto& state = device->plant().state();
   const auto torque = device->plant().truth();

@@ -32,7 +32,7 @@ struct Regime {
 template <int kShafts>
 struct Chain {
   static constexpr std::size_t kSprings = kShafts - 1;
-  // What moves:
+  // Moving parts:
   static constexpr std::size_t kSpeed = 0;  ///< of each shaft, rad/s
   static constexpr std::size_t kLast = kSpeed + kShafts - 1;
   static constexpr std::size_t kTwist =
@@ -40,7 +40,7 @@ struct Chain {
   static constexpr std::size_t kTravel =
       kTwist + kSprings;  ///< of the knob since the begin of the step, rad
   static constexpr std::size_t kMoving = kTravel + 1;
-  // What drives, first what varies ...
+  // Driving torques, first those that vary ...
   static constexpr std::size_t kMotorGap = kMoving;     ///< motor torque less its command, N m
   static constexpr std::size_t kForce = kMotorGap + 1;  ///< command, hand, cogging on the knob, N m
   static constexpr std::size_t kBrakeGap = kForce + 1;  ///< capacity less its target, N m

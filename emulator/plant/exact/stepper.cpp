@@ -96,14 +96,14 @@ class ExactStepper final : public Stepper {
   double cell_s_;                       // the length of the last rung
   std::vector<Rung<kShafts>> ladders_;  // of all regimes, one after the other
 
-  // Of the step under way:
+  // State of the present step:
   Vector z_{};
   Regime regime_;
   // The ends of the cogging's piece:
   double travel_low_ = -std::numeric_limits<double>::infinity();
   double travel_high_ = std::numeric_limits<double>::infinity();
-  // Of the rung that was tried last:
-  double reach_ = 1.0;     // what part of it may hold no event
+  // State of the last rung tried:
+  double reach_ = 1.0;     // the share of it that is free of events
   bool crossing_ = false;  // its end is beyond an event
   int stalled_ = 0;        // events in a row without any time between them
 };

@@ -30,7 +30,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
   using protocol::field_index;
   constexpr auto motor = field_index<BoardConfig>("motor_pin");
   constexpr auto brake = field_index<BoardConfig>("brake_pin");
-  // The two inputs of a bridge are the two outputs of one PWM unit, of which there are eight.
+  // The two inputs of a bridge are the two outputs of one of the eight PWM units.
   constexpr std::string_view odd = "a bridge's first pin must be even";
   const auto unit = [](std::uint8_t pin) { return (pin / 2) % 8; };
   if (config.motor_pin % 2 != 0) return PinConflict{motor, config.motor_pin, odd};

@@ -15,7 +15,7 @@ namespace {
 // Above hearing, and a whole multiple of every rate of a current loop.
 constexpr std::uint32_t kPwmHz = 40'000;
 
-// Of all stages: for cut_power(), which knows no object, and for start().
+// Output pins of all stages, for start() and for cut_power(), which has no object.
 std::uint32_t output_pins = 0;
 std::uint32_t bridge_units = 0;
 

@@ -195,8 +195,7 @@ std::int64_t Dial::next_units(bool fine) {
   return debt_ == Debt::none ? away : 0;
 }
 
-/// What notches are worth beyond themselves when they come fast. Whole detents, so the host's sum
-/// stays full in the notches.
+/// Extra steps for fast notches. Whole detents, so the host's sum stays full in the notches.
 std::int64_t Dial::speed_bonus(std::int64_t passed_units) {
   if (fast_steps_ == 1 || passed_units == 0) return 0;
   const auto elapsed = static_cast<std::int64_t>(now_.tick - passed_tick_);

@@ -22,7 +22,7 @@ struct Block {
   bool has_envelope = false;
   bool may_be_folded = false;  // its negative saturation; see effect_block.cpp
   bool dirty = false;          // the interrupt does not know yet
-  bool abandoned = false;      // whoever made it is gone
+  bool abandoned = false;      // the game that made it is gone
   ForceOrder::Play play = ForceOrder::Play::as_it_is;
   std::uint8_t loops = 1;
   std::uint64_t triggered_tick = 0;

@@ -126,7 +126,7 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
   return false;
 }
 
-/// A start changes nothing of what is heard but the time: games send one with each update.
+/// A start changes only the time: games send one with each update.
 bool Forces::goes_on(const ForceOrder& order) const {
   const Playing& play = play_[order.block];
   const PreparedEffect& effect = order.effect;
@@ -432,7 +432,7 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
   return 0.0F;
 }
 
-/// A game may ask for more than there is, which is told to whoever watches.
+/// A game may ask for more than there is. The monitor reports it.
 float Forces::within_cap_nm(float asked_nm) {
   const float nm = core::clamp_symmetric(asked_nm, params_.torque_max_nm);
   const float size_nm = core::absolute(asked_nm);

@@ -6,8 +6,8 @@
 /// from where it was, and the difference fades to zero along a straight line. The shape of an
 /// effect itself is not touched by this: a square wave keeps its edges.
 ///
-/// A game that sends a steady force anew in each of its frames means a curve, of which these are
-/// points. They are joined by lines, each as long as a frame (docs/reference/games.md, "Between
+/// A game that sends a steady force anew in each of its frames sends points of a curve. They are
+/// joined by lines, each as long as a frame (docs/reference/games.md, "Between
 /// updates").
 #pragma once
 
@@ -196,7 +196,7 @@ class Forces final : public core::ForceSource {
     std::uint32_t frame_ticks = 0;  // from one of these to the next; 0: not known yet
     float change_nm = 0;            // of this frame
     float change_before_nm = 0;     // of the frame before it
-    float late_nm = 0;              // what is still missing, with the sign of what was before
+    float late_nm = 0;              // the rest of the change, with the old value's sign
     float late_step_nm = 0;
   };
 

@@ -12,7 +12,7 @@ constexpr float kIdleS = 1.0F;
 constexpr float kAbandonedS = 0.5F;
 // A game at 30 Hz that is late by a third of its frame.
 constexpr float kFrameMaxS = 0.045F;
-// Of what the player has left of full torque.
+// A share of the torque that the player's settings leave.
 constexpr float kHitShare = 0.1F;
 constexpr float kHoldCountsMax = 2e9F;
 

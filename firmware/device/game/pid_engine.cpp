@@ -215,7 +215,7 @@ void PidEngine::operate(const EffectOperation& operation) {
 
 void PidEngine::stop_all() {
   stop_all_dirty_ = true;
-  // What was asked for before is not to come after it.
+  // Earlier orders must not take effect after it.
   for (Block& block : blocks_) block.play = ForceOrder::Play::as_it_is;
 }
 
@@ -310,7 +310,7 @@ void PidEngine::set_all_aside() {
   all_aside_dirty_ = true;
 }
 
-/// Of a game that is gone: what it has silenced is the next one's to be heard.
+/// A game is gone: the next one must hear the effects that it silenced.
 void PidEngine::leave_all() {
   set_all_aside();
   settings_dirty_ = settings_dirty_ || paused_ || !enabled_ || gain_ == 0.0F;

@@ -42,7 +42,8 @@ TORSIO_API const char* torsio_last_warning(void);
 /// Parts of a refusal by the device.
 typedef struct torsio_refusal {
   uint32_t struct_size;            ///< bytes of a torsio_refusal
-  char status[TORSIO_TEXT_BYTES];  ///< why, in one word of docs/reference/protocol.md: "not_armed", ...
+  char status[TORSIO_TEXT_BYTES];  ///< why, in one word of docs/reference/protocol.md: "not_armed",
+                                   ///< ...
   char report[TORSIO_TEXT_BYTES];  ///< what was refused: "wall", "command", ...
   char field[TORSIO_TEXT_BYTES];   ///< the offending field; "" if none in particular
   char reason[TORSIO_TEXT_BYTES];  ///< if the torque had gone before, why: "watchdog", ...
@@ -101,7 +102,7 @@ TORSIO_API void torsio_knob_free(torsio_knob* knob);
 TORSIO_API bool torsio_knob_is_open(const torsio_knob* knob);
 TORSIO_API bool torsio_knob_is_emulated(const torsio_knob* knob);
 
-// What it is -------------------------------------------------------------------------------------
+// State -------------------------------------------------------------------------------------
 
 TORSIO_API torsio_result torsio_knob_info(torsio_knob* knob, torsio_device_info* info);
 /// A torsio_state, as last heard of; costs nothing.
@@ -132,7 +133,7 @@ TORSIO_API torsio_result torsio_knob_game_status(torsio_knob* knob, torsio_game_
 TORSIO_API torsio_result torsio_knob_game_effects(torsio_knob* knob, torsio_game_effect* effects,
                                                   size_t capacity, size_t item_size, size_t* count);
 
-// What it does -----------------------------------------------------------------------------------
+// Actions -----------------------------------------------------------------------------------
 
 /// Torque on, softly. TORSIO_REFUSED while a fault is latched.
 TORSIO_API torsio_result torsio_knob_arm(torsio_knob* knob);
@@ -221,8 +222,8 @@ TORSIO_API torsio_result torsio_knob_wait_for(torsio_knob* knob, int32_t state, 
 TORSIO_API torsio_result torsio_knob_every(torsio_knob* knob, double period_s,
                                            torsio_steps** steps);
 /// Waits for the next step; one that is late by a whole period or more is left out and counted.
-/// @param time_s     when it was due, since the loop began; may be NULL, as the next
-/// @param late_steps how many were left out until now
+/// @param time_s     when it was due, since the loop began; may be NULL
+/// @param late_steps how many were left out so far; may be NULL
 TORSIO_API torsio_result torsio_steps_wait(torsio_steps* steps, double* time_s,
                                            uint64_t* late_steps);
 TORSIO_API void torsio_steps_free(torsio_steps* steps);  ///< NULL is ignored

@@ -18,7 +18,7 @@
 
 struct torsio_knob {
   torsio::Knob knob;
-  std::mutex mutex{};  // of what follows: taken from the knob, not yet from here
+  std::mutex mutex{};  // guards `events`, which have left the knob and not yet this queue
   std::deque<torsio::Event> events{};
   std::deque<torsio::TruthSample> truth{};
 };

@@ -40,7 +40,7 @@ void give(const std::vector<Cpp>& from, C* to, std::size_t capacity, std::size_t
   count = from.size();
 }
 
-/// The bytes of C's sample are those of C++'s; structures.hpp asserts it.
+/// C's sample has the same bytes as C++'s; structures.hpp asserts it.
 torsio::TelemetrySample* as_cpp(torsio_telemetry_sample* samples) {
   return reinterpret_cast<torsio::TelemetrySample*>(samples);
 }
@@ -208,7 +208,7 @@ void torsio_scene_free(torsio_scene* scene) { delete scene; }
 
 torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene* scene) {
   return guarded([&] {
-    torsio::c::warn("");  // that of an earlier scene
+    torsio::c::warn("");  // clears an earlier scene's warning
     torsio::c::warn(knob_of(knob).play(need(scene, "scene").effects));
   });
 }

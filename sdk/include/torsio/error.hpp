@@ -92,7 +92,7 @@ class TORSIO_EXPORT Refused : public Error {
   std::string reason_;
 };
 
-/// The torque went while Knob::record() had been told that it must stay. Recorder and device go on.
+/// The torque went off during a Knob::record() that was to keep it on. Recording and device go on.
 class TORSIO_EXPORT Disarmed : public Error {
  public:
   /// For the library.

@@ -66,7 +66,7 @@ struct FirmwarePlan {
   std::optional<ListedDevice> device{};  ///< none: a board that waits in its boot loader already
   /// None if it cannot be asked: it is of another release, or waits already.
   std::optional<DeviceInfo> before{};
-  std::string configuration{};  ///< the one that it has, as dump_config() gives it; empty likewise
+  std::string configuration{};  ///< the knob's own, as dump_config() gives it; may be empty
   UpdateOptions options{};      ///< as they were given
 
   /// The knob is of another release, whose configuration the new firmware cannot read.
@@ -83,7 +83,7 @@ struct FirmwareUpdate {
   /// The configuration is the one of before, which what was not saved does not outlive; none if
   /// that could not be asked.
   std::optional<bool> kept{};
-  std::string configuration{};  ///< the one of before, for load_config(); empty likewise
+  std::string configuration{};  ///< before the update, for load_config(); may be empty
 };
 
 /// Looks whether a file is for a knob, and what an update would do. Changes nothing.

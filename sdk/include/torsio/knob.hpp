@@ -41,7 +41,7 @@ struct TelemetryRecord : std::vector<TelemetrySample> {
 struct Step {
   std::uint64_t index = 0;       ///< 0, 1, 2, ... without a gap, also when steps were late
   double time_s = 0.0;           ///< when it was due, since the loop began
-  std::uint64_t late_steps = 0;  ///< so many were left out until now, because they were overdue
+  std::uint64_t late_steps = 0;  ///< steps left out so far, because they were overdue
 };
 
 /// Steps at equal distances of time, made by Knob::every(); for as long as its knob lives.
@@ -145,7 +145,7 @@ class TORSIO_EXPORT Knob {
   void disarm_to_close() noexcept;
   [[nodiscard]] bool is_open() const noexcept;  ///< false from close() on
 
-  // What it is -------------------------------------------------------------------------------
+  // State -------------------------------------------------------------------------------
 
   /// Identity and abilities of the device.
   [[nodiscard]] DeviceInfo info() const;
@@ -186,7 +186,7 @@ class TORSIO_EXPORT Knob {
   /// same moment, three of them.
   [[nodiscard]] std::vector<GameEffect> game_effects();
 
-  // What it does -----------------------------------------------------------------------------
+  // Actions -----------------------------------------------------------------------------
 
   /// Torque on: the scene's torque grows from nothing to full over `passive_ramp_s`. From here on
   /// the library tells the device regularly that the host is alive. A board whose parts nobody has
@@ -237,11 +237,11 @@ class TORSIO_EXPORT Knob {
 
   // Configuration ----------------------------------------------------------------------------
 
-  [[nodiscard]] ActuatorConfig actuator_config();  ///< What the device has: the actuator as built,
-  [[nodiscard]] ControlConfig control_config();    ///< how it controls,
-  [[nodiscard]] BoardConfig board_config();        ///< how it is wired,
-  [[nodiscard]] GameConfig game_config();          ///< what games may do,
-  [[nodiscard]] ShaftConfig shaft_config();        ///< where its shaft bends,
+  [[nodiscard]] ActuatorConfig actuator_config();        ///< The device's: the actuator as built,
+  [[nodiscard]] ControlConfig control_config();          ///< how it controls,
+  [[nodiscard]] BoardConfig board_config();              ///< how it is wired,
+  [[nodiscard]] GameConfig game_config();                ///< what games may do,
+  [[nodiscard]] ShaftConfig shaft_config();              ///< where its shaft bends,
   [[nodiscard]] CalibrationConfig calibration_config();  ///< how well all that is known.
   /// Sets a whole configuration: fields that were left at their defaults take these, whatever the
   /// device had. To change some and keep the rest there is update(). Another counts_per_rev also

@@ -81,7 +81,7 @@ void SharedDevice::run_paced() {
     try {
       device_->advance(kFrame.count());
     } catch (const std::exception& error) {
-      failure_ = error.what();  // for whoever calls next
+      failure_ = error.what();  // for the next call
       news_.notify_all();
       return;
     }

@@ -18,7 +18,7 @@
 
 namespace torsio {
 
-/// Runs `make`; what the emulator finds wrong is the user's mistake, or that of the user's hand.
+/// Runs `make`. An error of the emulator is a mistake of the user, or of the user's hand.
 template <class Make>
 auto checked(Make&& make) {
   try {
