@@ -13,8 +13,14 @@ from torsio.errors import MalformedReport
 from torsio.printed.statuses import STATUS_NAMES
 
 __all__ = [
-    *("REPORT_SIZE", "STATUS_NAMES", "VERSION"),
-    *("DRIVEN_FINGERPRINTS", "decode", "encode", "fingerprint", "reports"),
+    "DRIVEN_FINGERPRINTS",
+    "REPORT_SIZE",
+    "STATUS_NAMES",
+    "VERSION",
+    "decode",
+    "encode",
+    "fingerprint",
+    "reports",
 ]
 
 REPORT_SIZE: Final[int] = _protocol.REPORT_SIZE
