@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -63,3 +64,10 @@ def test_every_table_says_when_and_where_it_was_measured_and_by_which_command() 
                 head = lines[number - 1]
                 if "| last run |" not in head:  # it says so row by row
                     assert NOTE.fullmatch(lines[number - 3]), head
+
+
+@pytest.mark.parametrize("page", sorted(tables.PAGE.parent.glob("studies/*.md")))
+def test_every_study_says_which_revision_and_machine_its_figures_are_of(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert re.search(r"^    torsio study ", text, re.M)
+    assert re.search(r"revision [0-9a-f]{8}, \d+ \w+ \d{4}, on an? .+ with \d+ processors\.", text)
