@@ -1,4 +1,4 @@
-"""What one worker of pytest works out for all of them."""
+"""Results that one worker of pytest works out for all of them."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@
 Cortex-M33 of ``pico2`` is counted by QEMU, the Cortex-M0+ of ``pico`` by the emulated RP2040; both
 count instructions, not cycles. ``control law`` is the same without the device round it.
 
-What the board adds to the device (encoder, current loop, PWM) is not in these counts. It is in the
+These counts leave out the board's own work (encoder, current loop, PWM). It is in the
 last lines of each board: there the real binary runs in the emulated chip, inside damped walls, and
 tells in its health report how long its newest tick took, and its longest since it started, in which
 it takes a scene while it is armed; null if it does not get done with so many. The RP2350's cycles

@@ -221,7 +221,7 @@ PLENTY: dict[str, Any] = {"motor_current_continuous_a": 2.0, "brake_continuous_p
 
 @dataclass(frozen=True)
 class Warm:
-    """What a motor and a coil have had that warm up.
+    """The heat of a motor and a coil.
 
     Attributes
     ----------

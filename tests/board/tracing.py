@@ -29,7 +29,7 @@ _NEXT = "_ZN6torsio6device6Device10next_inputERSt5arrayIhLj64EEb"
 
 @dataclass
 class Trace:
-    """What happened, as lines for ``retrace``, and what came of it.
+    """Events as lines for ``retrace``, and their results.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def traced(board: EmulatedPico) -> Iterator[Trace]:
 def _read(passed: list[Any], trace: Trace) -> None:
     """Put calls of the main loop, which ticks interrupt, to where they took effect.
 
-    What a host does takes effect where an order is given; a service without an order where it
+    A host's action takes effect where an order is given; a service without an order where it
     looked for one. A tick may come when an order is in its ring and the tick is not yet told to
     look: whether it looked all the same, as it does while something fades, its answer says.
     """

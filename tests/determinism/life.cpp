@@ -40,7 +40,7 @@ class Hash {
   std::uint64_t value_ = 14695981039346656037U;
 };
 
-/// Makes a number of what it sees.
+/// Makes a number from the knob's outputs.
 class Hasher final : public test::Witness {
  public:
   void see(const protocol::ReportBytes& report) override { hash_.add_all(report); }

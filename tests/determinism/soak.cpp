@@ -31,7 +31,7 @@ using namespace torsio;
 using emulator::EmulatedDevice;
 using test::Life;
 
-// What a wall's torque is allowed to be off, of the sensor of the reference actuator.
+// Allowed error of a wall's torque, with the sensor of the reference actuator.
 constexpr double kSensorErrorMostNm = 4.5e-3;
 constexpr double kCountsPerRad = 8192.0 / (2.0 * std::numbers::pi);
 
@@ -62,7 +62,7 @@ class Examiner final : public test::Witness {
   void see_game(std::span<const std::uint8_t>) override {}
   void see(const TruthSample& sample) override {
     ++ticks_;
-    // What the reference actuator can give, and a little for rounding.
+    // The reference actuator's most torque, and a little for rounding.
     const bool sound = std::isfinite(sample.angle_rad) && std::isfinite(sample.speed_rad_s) &&
                        std::abs(sample.motor_torque_nm) <= 0.0851 &&
                        sample.brake_capacity_nm <= 0.1121;
@@ -193,7 +193,7 @@ class Examiner final : public test::Witness {
     std::uint64_t samples = 0;
     std::uint64_t next_tick = 0;
     for (const protocol::Telemetry& report : telemetry_) {
-      // What a batch still held of the stream before.
+      // Samples of the earlier stream that a batch still held.
       const std::int64_t first_ns = begin_ns + static_cast<std::int64_t>(report.tick) * period_ns;
       if (samples == 0 && !truth_.empty() && in_s(first_ns) < truth_.front().time_s) continue;
       say(samples == 0 || report.tick == next_tick, "samples are missing");
@@ -282,7 +282,7 @@ double mean(std::span<const double> numbers) {
   return sum / static_cast<double>(std::max<std::size_t>(numbers.size(), 1));
 }
 
-/// What became of one knob.
+/// The result of one knob.
 struct Told {
   double hours = 0;
   std::uint64_t ticks = 0;

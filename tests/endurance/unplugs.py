@@ -31,7 +31,7 @@ LATEST_S = 1.0
 # For who waits for a feature report at that moment, where the cable is USB/IP's: Linux gives it up
 # after 5 s, a controller of silicon at once.
 LATEST_IN_REQUEST_S = 5.0 + LATEST_S
-# Of memory for each unplug, and what the rest of the process may take meanwhile.
+# Memory for each unplug, and for the rest of the process meanwhile.
 MOST_BYTES = 1024
 SLACK_BYTES = 12 << 20
 TELL_EVERY = 20
@@ -180,7 +180,7 @@ def emulated(paced: bool) -> Iterator[tuple[torsio.Knob, Callable[[], object]]]:
 
 @dataclass(frozen=True)
 class Means:
-    """What a process has."""
+    """A process's memory, files and threads."""
 
     threads: int
     files: int

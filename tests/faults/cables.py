@@ -18,7 +18,7 @@ def _raise(error: BaseException) -> Any:
     raise error
 
 
-# What a write does instead of its work.
+# A write's other behaviour.
 WRITES: dict[str, Callable[..., Any]] = {
     "no room": lambda *_: False,
     "lost": lambda *_: True,
@@ -105,7 +105,7 @@ def trial(method: str, at: int, kind: str | None) -> tuple[str, int]:
     act = None if kind is None else METHODS[method][kind]
     made = Faulty(method, at, act)
     raised: BaseException | None = None
-    # What close() raises goes there.
+    # Errors of close() go there.
     unraisable: list[Any] = []
     before, sys.unraisablehook = sys.unraisablehook, unraisable.append
     with warnings.catch_warnings():

@@ -230,7 +230,7 @@ def firmware_update(folder: Path) -> tuple[Callable[[], Any], Wrong]:
         if raised is None:
             return "" if board.taken == image() else "not whole, and nothing was raised"
         frames = {frame.name for frame in traceback.extract_tb(raised.__traceback__)}
-        # What the stand-in's own files raise is not the library's to tell.
+        # The library does not report errors of the stand-in's own files.
         return "" if frames & {"appear", "_take"} else _sentence(raised)
 
     return lambda: torsio.update_firmware(file, host=board, timeout_s=1.0), wrong

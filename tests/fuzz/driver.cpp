@@ -67,12 +67,12 @@ __sanitizer_cov_trace_pc() {
   ++places_reached;
   something_new = true;
 }
-/// What a sanitizer keeps of each piece of memory took a third of the time. An input that is run
+/// The sanitizer's notes on each piece of memory took a third of the time. An input that is run
 /// again with ASAN_OPTIONS=malloc_context_size=30 says more.
 const char* __asan_default_options() {
   return "malloc_context_size=1:quarantine_size_mb=16:max_malloc_fill_size=0";
 }
-// What a target may bring along; libFuzzer's names.
+// Functions that a target may bring along; libFuzzer's names.
 [[gnu::weak]] std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                   std::size_t max_size, unsigned seed);
 }

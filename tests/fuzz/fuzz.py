@@ -1,8 +1,8 @@
 """Fuzz targets for as long as one likes, and which of the project's own code they reach.
 
 ``./dev fuzz [TARGET...] [SECONDS]`` runs the targets of this folder, guided by the code that they
-reach. What reaches something new is kept in ``build/fuzz-corpus`` and used again; ``--keep`` adds
-the fewest inputs that reach all of it to ``tests/fuzz/corpus``. What an input did not survive is in
+reach. An input that reaches new code is kept in ``build/fuzz-corpus`` and used again. ``--keep``
+adds the fewest inputs that reach all of it to ``tests/fuzz/corpus``. An input that fails is in
 ``build/fuzz_last_input_...``, and the program that is named runs it again.
 """
 
@@ -35,7 +35,7 @@ def targets() -> list[str]:
 
 @dataclass
 class Result:
-    """What became of one target."""
+    """The result of one target."""
 
     target: str
     status: int

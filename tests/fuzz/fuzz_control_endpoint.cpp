@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                    Bytes(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(payload)));
     rest = rest.subspan(payload);
     knob.host().frame(ignored);
-    // What has brought something waits for a tick; the others need no physics.
+    // An input with effect waits for a tick; the others need no physics.
     if (payload != 0) knob.advance();
   }
   knob.advance();

@@ -88,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const device::Config config = store.loaded().value_or(device::Config{});
   check(config);
 
-  // A save of what was loaded goes to one slot and loads again, whatever stood in the other.
+  // A loaded configuration is saved to one slot and loads again, whatever the other held.
   const device::SlotWrite write = store.prepare(config);
   slots.slot[write.slot] = write.bytes;
   const device::ConfigStore again(slots, boards::kReference.wiring_rule);

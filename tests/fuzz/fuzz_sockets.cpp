@@ -23,7 +23,7 @@ namespace {
 
 using namespace torsio::emulator::usbip;
 
-/// What the server's system keeps of a connection.
+/// The server system's side of a connection.
 struct Line {
   std::deque<std::uint8_t> to_server;
   std::deque<std::uint8_t> to_client;

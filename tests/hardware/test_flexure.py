@@ -28,7 +28,7 @@ def test_closed_form_gives_the_example_worked_by_hand() -> None:
 def test_closed_form_is_that_of_a_beam_element(hub_m: float) -> None:
     shape = replace(EXAMPLE, hub_radius_m=hub_m, rim_radius_m=hub_m + 12e-3)
     length = shape.length_m
-    # Of a textbook: what shear and moment at the far end answer its deflection and slope.
+    # From a textbook: shear and moment at the far end for its deflection and slope.
     matrix = np.array([[12, -6 * length], [-6 * length, 4 * length**2]]) / length**3
     bending = MODULUS_PA * shape.width_m * shape.thickness_m**3 / 12
     motion = np.array([shape.rim_radius_m, 1.0])

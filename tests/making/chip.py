@@ -19,7 +19,7 @@ _CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that 
 
 
 class ChipWorld:
-    """What a maker does to a board in its emulated chip."""
+    """A maker's actions on a board in its emulated chip."""
 
     def __init__(self, board: EmulatedPico, world: World, *, swapped_encoder: bool) -> None:
         self._board, self._world = board, world
@@ -37,7 +37,7 @@ class ChipWorld:
         return sign * amperes, turned
 
     def set_hand(self, hand: torsio.Hand) -> None:
-        # Its times are those of the world, and a rehearsal's begin with now.
+        # Its times are the world's; a rehearsal's times begin now.
         now = self._world.time_s
         if isinstance(hand, torsio.PrescribedMotion):
             given: Any = hand.angle_rad

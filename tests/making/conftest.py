@@ -1,4 +1,4 @@
-"""What draws and computes elements is in an environment of its own, behind this one's."""
+"""Drawing and finite elements have an environment of their own, behind this one's."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ extern void (*__init_array_end[])();
 __attribute__((section(".vectors"), used)) void (*const vectors[])() = {
     reinterpret_cast<void (*)()>(&stack_top), reset, fault, fault, fault, fault, fault};
 
-// What the C++ run-time library would bring.
+// The C++ run-time library would bring these.
 void* __dso_handle;
 int __aeabi_atexit(void*, void (*)(void*), void*) { return 0; }
 }

@@ -60,7 +60,7 @@ def test_cost_grows_in_a_straight_line_with_the_active_effects(
 def test_effects_that_are_written_but_not_in_the_scene_cost_nothing(
     measured: dict[tuple[str, str], float], board: str
 ) -> None:
-    # Of 16 written walls one plays. The counter of pico2 is coarse: 50 in 2048 ticks.
+    # One of 16 written walls plays. The counter of pico2 is coarse: 50 in 2048 ticks.
     alone = measured[board, "walls 1"]
     assert measured[board, "walls, 16 written 1"] == pytest.approx(alone, abs=0.1)
 
@@ -82,7 +82,7 @@ def test_wall_on_the_product_takes_no_more_instructions_than_it_did(
         assert measured["pico2", "walls, calibrated 1"] <= MOST_CALIBRATED
 
 
-# Of the table in docs/results.md, in its order.
+# Rows of the table in docs/results.md, in its order.
 TOLD = (
     *("disarmed 0", "walls 0", "walls 1", "walls, 16 written 1", "walls 16", "walls, telemetry 1"),
     *("walls, soft start 1", "walls, calibrated 1", "impact 1", "bent shaft 1"),

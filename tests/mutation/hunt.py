@@ -34,7 +34,7 @@ COPY = ROOM / "copy"
 RESULTS = ROOM / "results.jsonl"
 TESTS = ROOM / "tests.json"
 TOLD = ROOM / "told.jsonl"
-LEFT_OUT = ROOM / "left_out.json"  # the keys of what does not compile
+LEFT_OUT = ROOM / "left_out.json"  # the keys of mutants that do not compile
 LOG = TREE / "build/logs/mutants.log"
 EXPLAINED = HERE / "explained.txt"
 PACKAGE = "bindings/python/torsio"
@@ -374,7 +374,7 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
         with RESULTS.open("a", encoding="utf-8") as file:
             file.write(json.dumps({**one, "seed": seed}) + "\n")
 
-    # What takes least first.
+    # The quickest first.
     left = [number for number, change in enumerate(changes, 1) if change.key not in known]
     for number in list(left):
         if killer := hunt.killer(number):

@@ -39,7 +39,7 @@ TREE = Path(__file__).parent.parent.parent
 BUILD = TREE / "build/mutation"
 PROGRAM = "torsio_mutants"
 KILLERS = BUILD / "killers.json"
-# What the mutation build is made of.
+# Parts of the mutation build.
 FOLDERS = (
     *("firmware", "emulator", "sdk", "bindings", "cmake"),
     *("tests/cpp", "tests/fuzz", "tests/golden", "docs/explanation"),
@@ -112,7 +112,7 @@ def build(
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one test case with one mutant."""
+    """The result of one test case with one mutant."""
 
     result: str  # passed, failed or hung
     took_s: float

@@ -24,7 +24,7 @@ PRESET = TREE / "build/asan-ubsan"
 BUILD = TREE / "build/mutation-short"
 PROGRAM = "tests/cpp/torsio_device_tests"
 MAIN = "tests/cpp/doctest_main.cpp"
-# What is compiled anew; the headers' mutants are in these.
+# These are compiled anew; they contain the headers' mutants.
 SOURCES = (
     *("controller", "scene", "excitation"),
     *("config", "config_store", "control_loop", "device", "power_logic", "scene_builder"),
@@ -145,7 +145,7 @@ def build(log: Path) -> Path:
 
 
 def chosen(mutants: Sequence[Mutant]) -> list[Mutant]:
-    """Return the mutants of a test run: those of the device's own code whose turn it is."""
+    """Return the mutants of a test run: the ones of the device's own code whose turn it is."""
     compiled = [
         mutant
         for mutant in mutants

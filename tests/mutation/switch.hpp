@@ -10,7 +10,7 @@ extern int torsio_mutant;                      // number of the one that is on; 
 extern unsigned char torsio_mutant_reached[];  // 1: was asked for
 }
 
-/// What is computed by the compiler is never mutated.
+/// Code that the compiler computes is never mutated.
 constexpr bool torsio_mutant_is(int number) {
   if (std::is_constant_evaluated()) return false;
   torsio_mutant_reached[number] = 1;

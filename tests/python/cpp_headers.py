@@ -1,4 +1,4 @@
-"""What the SDK's headers declare, read as text: enough of C++ for these headers."""
+"""The declarations of the SDK's headers, read as text: enough of C++ for these headers."""
 
 from __future__ import annotations
 

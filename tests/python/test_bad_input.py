@@ -1,4 +1,4 @@
-"""What goes wrong gives a specific error, leaves what plays alone, and never hangs."""
+"""Bad input gives a specific error, leaves the scene alone, and never hangs."""
 
 from __future__ import annotations
 

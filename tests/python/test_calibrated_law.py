@@ -26,7 +26,7 @@ WALL_RAD = 0.05
 
 
 def actuator_of(plant: PlantParams) -> ActuatorConfig:
-    """What is true of a plant; the floor is no higher than its drag."""
+    """A plant's true values; the floor is no higher than its drag."""
     return replace(plant.matching_config(), brake_torque_min_nm=plant.brake_drag_nm)
 
 

@@ -61,7 +61,7 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     assert result.actuator.brake_release_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.counts_per_rev == before.counts_per_rev
     assert result.law == "calibrated"
-    # 0.73 of what is there for certain: 9 mN m of the knob's side and the brake's drag of 2.
+    # 0.73 of the certain friction: 9 mN m of the knob's side and the brake's drag of 2.
     assert 0.98 * 0.73 * 11e-3 < result.free_assist_nm < 0.73 * 11e-3
     assert result.seconds < 90.0
 

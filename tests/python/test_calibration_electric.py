@@ -113,7 +113,7 @@ def test_sensor_without_noise_is_none_that_is_broken() -> None:
 def test_without_noise_any_intervals_tell_the_winding(
     delay_share: float, seed: int, henry: float
 ) -> None:
-    """The sums are those of the equation but for the current between two measurements."""
+    """The sums follow the equation except for the current between two measurements."""
     held = pushed(np.random.default_rng(seed), delay_share=delay_share, noise_a=0.0, henry=henry)
     fit = winding(held, believed_ohm=2.5, believed_h=1.5e-3, constant_nm_per_a=0.05)
     assert fit.value[0] == pytest.approx(OHM, rel=2e-4)

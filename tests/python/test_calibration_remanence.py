@@ -1,4 +1,4 @@
-"""A brake that keeps something of what it held: a calibration finds the same before use and after.
+"""A brake that keeps some of its torque: a calibration finds the same before use and after.
 
 The truth is the plant's own: friction of the knob's side, drag, and half the width of the loop.
 """
@@ -23,7 +23,7 @@ PLANT = torsio.PlantParams(
 
 @dataclass(frozen=True)
 class Found:
-    """What was found of one knob, one after the other."""
+    """Results of one knob, one after the other."""
 
     fresh: calibration.Calibration
     quick: calibration.Calibration

@@ -114,7 +114,7 @@ def test_shortcomings_name_everything_that_is_not_as_it_should_be(
 
 
 def test_demo_is_bit_by_bit_what_it_was_before_the_field_lists() -> None:
-    # What commit 8e0834a5 gave, with the lag that a motor had there by default.
+    # Figures of commit 8e0834a5, with the default lag of a motor there.
     plant = PlantParams(motor_time_constant_s=0.1e-3)
     options = torsio.EmulatorOptions(plant=plant, log_truth=True)
     with torsio.open("emulated", emulator=options) as knob:

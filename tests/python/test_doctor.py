@@ -186,7 +186,7 @@ def test_knob_that_cannot_be_opened_says_why(
 
 @pytest.fixture(scope="module")
 def facts() -> KnobFacts:
-    """What an emulated knob tells, with the figures of a good cable."""
+    """An emulated knob's answers, with the figures of a good cable."""
     with torsio.open("emulated") as knob:
         health = knob.health()
         return KnobFacts(

@@ -151,13 +151,13 @@ def test_supply_that_is_measured_cuts_the_power_within_two_milliseconds_of_being
         knob.emulator.set_supply(supply_v)
         time_s, faults = fault_after(knob)
         assert faults == ("supply",)
-        # What the winding takes empties the supply's capacitor to three quarters first.
+        # The winding's current empties the supply's capacitor to three quarters first.
         lasts_s = 0.5 * 2.2e-3 * (12.0**2 - 9.0**2) / (2.5 * 1.7**2) if supply_v < 12.0 else 0.0
         assert 0.9 * lasts_s + 1e-3 <= time_s < 1.1 * lasts_s + 2e-3
         with pytest.raises(torsio.Refused, match="fault_persists"):
             knob.clear_fault()
         knob.emulator.set_supply(12.0)
-        # What bridges and board take at rest, 5 mA, empties the capacitor to what is believed.
+        # Bridges and board take 5 mA at rest. It empties the capacitor to a believable voltage.
         falls_s = max(supply_v - 15.0, 0.0) * 2.2e-3 / 5e-3
         if falls_s > 0.0:
             knob.sleep(0.8 * falls_s)
@@ -265,7 +265,7 @@ def test_supply_is_told_what_it_cannot_give() -> None:
 
 def test_wrong_sign_of_confirmed_parts_is_not_told_where_the_brake_holds() -> None:
     # docs/how-to/hardware.md warns of 31 rad/s and 0.7 of a turn. The emulated device's parts count
-    # as confirmed. Whoever finds a guard against it mends the page as well.
+    # as confirmed. A guard against it would change the page too.
     touch = torsio.TorqueHand(
         torque_nm=[(0.0, 0.0), (0.15, 0.0), (0.15, 15e-3), (0.19, 15e-3), (0.19, 0.0)]
     )

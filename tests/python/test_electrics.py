@@ -141,7 +141,7 @@ def test_bridge_that_is_off_sends_the_current_back_until_there_is_none() -> None
     assert 0.1 < begin_a < 4.8
     np.testing.assert_allclose(current, expected, atol=2e-4 * begin_a)
     assert current[-1] == 0.0
-    # What has run back into the supply, the integral of the line above.
+    # The charge that ran back into the supply, the integral of the line above.
     charge = (begin_a + VOLT / OHM) * tau_s * -math.expm1(-end_s / tau_s) - VOLT / OHM * end_s
     assert supply[-1] - VOLT == pytest.approx(charge / 50.0, rel=0.05)
 

@@ -367,7 +367,7 @@ knobs = [torsio.open("emulated") for _ in range(1000)]
 print((pages() - before) * resource.getpagesize())
 """,
     )
-    # What makes it slow is memory that the kernel has to find: 3.6 MB each if rings were filled.
+    # The kernel's search for memory would make it slow: 3.6 MB each if rings were filled.
     assert int(result.stdout) < 1000 * 300_000, result.stderr
 
 

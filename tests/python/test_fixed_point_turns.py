@@ -20,7 +20,7 @@ from torsio.closed_loop import LoopOptions, reports
 
 TURN_RAD = 2 * Fraction("3.14159265358979323846264338327950288419716939937510")
 MOST_RAD = 2**26 * 2 * math.pi
-# What is rounded may be wrong by a hundred-thousandth of a step.
+# A rounded value may be wrong by a hundred-thousandth of a step.
 NEAREST = Fraction(1, 2) + Fraction(1, 100_000)
 
 

@@ -133,6 +133,6 @@ def test_exact_plant_agrees_with_independent_integration_at_one_step_per_tick(na
 
     expected_angle, expected_spring, events = _oracle(case)
     assert events >= case.events
-    # What is asked for is 1e-6; what comes out is 1e-11, the integration's own error.
+    # The goal is 1e-6; the result is 1e-11, the integration's own error.
     assert np.max(np.abs(angle - expected_angle)) <= 1e-9 * np.max(np.abs(expected_angle))
     assert np.max(np.abs(spring - expected_spring)) <= 1e-9 * np.max(np.abs(expected_spring))

@@ -156,7 +156,7 @@ def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path)
         began = file.stat().st_size
         for _ in range(3):
             knob.sleep(0.5)
-            # As after a second; the clock of this knob runs faster than that of the wall.
+            # As after a second; this knob's clock runs faster than the wall's.
             recording.put(lambda _: recording._writer.flush(), [None])
     whole = file.read_bytes()
     sizes = set()
@@ -472,7 +472,7 @@ def test_size_that_a_chunk_claims_is_not_believed(tmp_path: Path) -> None:
     file = tmp_path / "claims.mcap"
     bomb(file, 1, b'{"kind": "mark"}', CompressionType.ZSTD)
     content = bytearray(file.read_bytes())
-    begin = content.index(b"zstd") - 4 - 4 - 8  # before: CRC of what is unpacked, its size
+    begin = content.index(b"zstd") - 4 - 4 - 8  # before: CRC of the unpacked bytes, their size
     content[begin : begin + 8] = (8 << 30).to_bytes(8, "little")
     file.write_bytes(content)
     with pytest.raises(torsio.Error, match=f"unpacks to {8 << 30} bytes"):

@@ -82,7 +82,7 @@ def test_cogging_left_out_is_missed_by_its_own_amplitude() -> None:
 def test_rate_is_missed_by_the_path_of_a_longer_hold() -> None:
     plant = torsio.PlantParams(counts_per_rev=2**24, motor_time_constant_s=0.0)
     found = one(Variant(rate_hz=1000), plant)
-    # What acts at a sample is of the sample before.
+    # The torque at a sample comes from the sample before.
     expected = 0.5 * SPEED * (1e-3 - 50e-6)
     assert found.largest_nm == pytest.approx(expected, rel=1e-2)
 
@@ -137,7 +137,7 @@ def test_trade_proposes_verifies_and_pastes() -> None:
 
 
 def test_trade_says_by_how_much_it_falls_short() -> None:
-    # Nothing but the reference is as exact as that, and the device's noise begins earlier.
+    # Only the reference is as exact, and the device's noise begins earlier.
     plant = torsio.PlantParams(encoder_noise_counts=0.25)
     found = torsio.trade(WALL, plant=plant, wanted=1e-9, quick=True, stretch=False)
     assert found.proposal.difference.jnds == 0.0
@@ -205,7 +205,7 @@ def test_swings_begin_where_theory_says() -> None:
     scene = torsio.Spring(stiffness_nm_per_rad=0.5 * stable)
     options = options_of(scene, {"plant": plant, "control": MOTOR_ONLY})
     found = stretching._stretch("stiffness", options, Variant(rate_hz=1000), 0.5)
-    # What the device tells to be stable is; where it swings, `torsio stability` says so too.
+    # Cases that the device calls stable are; where it swings, `torsio stability` says so too.
     assert found.swings_at is not None
     assert found.swings_at > 2
     tried = stability.measure(

@@ -1,7 +1,7 @@
 """Every report, read and written with ``struct`` alone.
 
 This is a second opinion on the protocol: written by hand from its documentation, sharing nothing
-with the C++ field lists. Format characters are those of ``struct``; little endian, no padding.
+with the C++ field lists. Format characters are ``struct``'s; little endian, no padding.
 """
 
 from __future__ import annotations

@@ -136,7 +136,7 @@ def test_joint_is_where_the_knob_is_at_the_time_of_the_device(environment: dict[
     first_s = firsts_s[np.argmin(errors_rad)]
     least_rad, next_rad = sorted(errors_rad)[:2]
     assert least_rad < COUNT_RAD < next_rad
-    # What ROS said at some moment of the device, which lies between two that are known.
+    # ROS's value at a moment of the device between two known ones.
     offset_ns = stamps_ns[0] - 1e9 * first_s
     assert told["ros_ns"][0] - 1e9 * told["device_s"][1] <= offset_ns
     assert offset_ns <= told["ros_ns"][1] - 1e9 * told["device_s"][0]

@@ -209,13 +209,13 @@ def test_what_two_encoders_are_ahead_by_is_half_a_count() -> None:
     counts = trials.FINE["counts_per_rev"]
 
     def off_counts(actuator: str, **parts: float) -> float:
-        """What is missing on the way in, in the mean, in counts of the wall."""
+        """The mean gap on the way in, in counts of the wall."""
         log = trials.visit_wall(actuator, stiffness, parts=parts, **trials.FINE)
         way_in = (log["ideal_torque_nm"] < 0) & (log["time_s"] <= wall.PUSH_S)
         missing = (log["rendered_torque_nm"] - log["ideal_torque_nm"])[way_in]
         return float(missing.mean()) / (stiffness * 2 * math.pi / counts)
 
-    # A count is the angle rounded down. What a spring gives that never slips needs no encoder.
+    # A count is the angle rounded down. The torque of a spring that never slips needs no encoder.
     soft = _studies.actuator_parts()["soft_spring_nm_per_rad"]
     assert off_counts("motor_only") == pytest.approx(0.5, abs=0.05)
     assert off_counts("soft_sensor_calibrated") == pytest.approx(0.5, abs=0.05)

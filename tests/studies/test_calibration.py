@@ -166,7 +166,7 @@ def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:
 def test_broken_knob_is_refused_for_the_right_reason(sabotage) -> None:  # type: ignore[no-untyped-def]
     outcome = try_out(sabotage)
     assert outcome.reason == sabotage.reason
-    # Of the truth, which a dead encoder does not tell. What moves by itself does so without motor.
+    # By the truth, which a dead encoder does not tell. Other motions need no motor.
     assert outcome.fastest_rad_s < FREE_LIMIT_RAD_S or sabotage.reason == "moved"
 
 

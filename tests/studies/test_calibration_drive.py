@@ -36,7 +36,7 @@ def _model() -> Iterator[None]:
 
 
 def test_torque_that_is_missing_is_that_of_the_current_that_rises_until_it_is_read() -> None:
-    # 12 V at 1.5 mH for a microsecond are 8 mA, of which half is left at half the voltage.
+    # 12 V at 1.5 mH for a microsecond are 8 mA, and half of it at half the voltage.
     drive = Drive(0.05, 2.5, 12.0, 12.0 / 1.5e-3 * 1e-6, 0.02)
     half_nm = 6.0 / 2.5 * 0.05
     told_nm = np.array([half_nm, -half_nm, 0.0, 0.0])
@@ -78,7 +78,7 @@ def test_study_s_knobs_have_signs_and_electrics_at_random() -> None:
 
 
 def test_knob_with_drawn_signs_is_refused_where_they_disagree_and_then_measured() -> None:
-    # Motor and encoder of the first agree, both the wrong way round; those of the second do not.
+    # Motor and encoder of the first agree, both the wrong way round; the second's do not.
     for number, agree in ((1202, True), (1203, False)):
         hidden = hidden_knob(number)
         assert (drawn_electrics(number).motor_reversed == hidden.reversed) is agree
@@ -111,7 +111,7 @@ def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -
         found = calibrate(knob)
     curve = found.brake_curve
     assert curve is not None
-    # What the board takes for a torque, and for a command, when supply and sensor are off.
+    # The board's torque and command when supply and sensor are off.
     board = found.board
     told = torsio.BoardConfig().motor_torque_constant_nm_per_a
     seen = seen_truth(

@@ -34,7 +34,7 @@ def loop(
     told: dict[str, float] | None = None,
     straight: bool = False,
 ) -> LoopOptions:
-    """`told` are factors of what is true; `straight` tells it no knees."""
+    """`told` are factors on the true values; `straight` tells it no knees."""
     right = plant.matching_config()
     wrong = {name: factor * getattr(right, name) for name, factor in (told or {}).items()}
     return LoopOptions(

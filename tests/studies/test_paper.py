@@ -221,7 +221,7 @@ def results(folder: Path) -> dict[str, Any]:
 
 
 def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str, Any]) -> None:
-    """What a mass takes that a spring alone drives from rest against dry friction."""
+    """The time of a mass that a spring alone drives from rest against dry friction."""
     inertia, friction, held = 6e-5, 6e-3, 50e-3
     turned = math.acos(-friction / (held - friction))
     aims = results["aims"]
@@ -291,7 +291,7 @@ def test_events_of_a_visit_come_in_the_order_of_the_papers_figure() -> None:
     assert abs(rows["spring_torque_nm"][slips]) == pytest.approx(2e-3, rel=0.2)  # the drag
     assert abs(depth[meets]) < 2 * runs.COUNT_RAD
     assert abs(depth[leaves]) < 2 * runs.COUNT_RAD
-    # In between the motor gives more than its half of what is wanted.
+    # In between the motor gives more than half of the wanted torque.
     share = np.abs(rows["motor_torque_nm"]) / np.maximum(np.abs(rows["desired_torque_nm"]), 1e-9)
     assert share[most] > 0.5 + 0.05
     assert share[rests] < share[most]

@@ -1,6 +1,6 @@
 """The page with the emulated knob in it: one drags the knob into a wall and sees the torques.
 
-What is expected comes from the law of the wall, the balance of torques on a knob at rest, and the
+Expected values come from the law of the wall, the balance of torques on a knob at rest, and the
 reference actuator's numbers.
 """
 
@@ -340,8 +340,8 @@ def test_law_that_counts_energy_shows_what_became_of_it(browser: Browser, site: 
         drag_to(page, 0.4)
         deep_rad = settled(page, "angle_rad", within=1e-4) - WALL_RAD
         assert deep_rad > 0.0
-        # What the wall took from the hand, and friction on the way to it. Energies are asked for
-        # now and then, so at rest they may be told a moment later.
+        # The energy that wall and friction took from the hand. Energies are asked for now and then,
+        # so at rest they may come a moment later.
         taken = 0.5 * STIFFNESS * deep_rad**2 - STEP_NM * deep_rad
         page.wait_for_function(f"-Number(document.getElementById('felt_j').value) >= {taken}")
         motor, felt, stored, brake = numbers(page, "motor_j", "felt_j", "stored_j", "brake_j")

@@ -105,7 +105,7 @@ TEST_CASE("windings far faster and far slower than the period give finite gains"
 }
 
 TEST_CASE("the predictive loop sends the current to its target as soon as its voltage acts") {
-  // Share of what is missing that a period leaves, at 10 kHz and 25 us.
+  // Share of the missing current that a period leaves, at 10 kHz and 25 us.
   const double left = std::exp(-2 * 3.14159265358979 * 10e3 * 25e-6);
   for (const double delay_s : {25e-6, 10e-6}) {
     const PredictiveParams params =
@@ -270,7 +270,7 @@ TEST_CASE("a driven coil that lets go gets a little current backwards, once, and
       if (driven.coil.current_a < -1e-4) ++backwards;
     }
     CHECK(25e-6 * backwards == doctest::Approx(6e-3).scale(0).epsilon(0.1));
-    // What is asked for less than that leaves nothing worth it.
+    // A smaller current leaves nothing worth it.
     driven.run(0.01F, 0.5);
     CHECK(let_go(0.3) > -2e-4);
     // Until then it falls as it shall.
@@ -289,7 +289,7 @@ TEST_CASE("a driven coil that lets go gets a little current backwards, once, and
     for (int n = 0; n < 4000; ++n) release_coil(driven.state, driven.params);
     driven.coil.current_a = 0.0;
     CHECK(let_go(0.3) == 0.0);
-    // What is asked for again before it has rested begins the rest anew.
+    // A new current before the rest is over begins the rest anew.
     driven.run(0.2F, 0.3);
     driven.run(0, 0.14);
     driven.run(0.001F, 1e-3);

@@ -13,8 +13,8 @@ namespace {
 constexpr double kCopper = 3.93e-3;         // a degree
 constexpr double kHot = 1 + kCopper * 100;  // at 125 degrees, over 25
 
-/// What so much current in air of so many degrees comes to: the heat of a current is its square
-/// times the resistance, and the continuous current makes 100 degrees of it in air of 25.
+/// The final temperature with a current, in air of a temperature: the heat of a current is its
+/// square times the resistance, and the continuous current makes 100 degrees of it in air of 25.
 double settled_k(double ratio, double air_k) {
   const double rise_k = 100 / kHot * ratio * ratio;
   return (air_k + rise_k) / (1 - kCopper * rise_k);

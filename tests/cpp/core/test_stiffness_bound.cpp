@@ -1,5 +1,5 @@
-// The bound of the law calibrated, a step at a time, with numbers worked out by hand. What comes of
-// it is in tests/cpp/emulator/test_no_buzz.cpp.
+// The bound of the law calibrated, a step at a time, with numbers worked out by hand. Its effect is
+// tested in tests/cpp/emulator/test_no_buzz.cpp.
 #include <doctest/doctest.h>
 
 #include <algorithm>

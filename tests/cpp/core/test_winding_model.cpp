@@ -148,7 +148,7 @@ TEST_CASE("a change is doubted that no current brought about") {
     CHECK(believe_change(means.state, means.params));
   }
   CHECK(means.state.rise_a == 0.0F);
-  // 1 A more than was so: 0.1 A and a fifth of what flows are never doubted.
+  // 1 A more than before: 0.1 A and a fifth of the current are never doubted.
   means.look(4.0F, 2.0F);
   CHECK(believe_change(means.state, means.params));
   CHECK(static_cast<double>(means.state.rise_a) == near(1.0 - 0.5));

@@ -19,7 +19,7 @@ using protocol::BoardConfig;
 inline constexpr PowerBoard kFast{25'000, 25'000, true};
 inline constexpr PowerBoard kSlow{100'000, 100'000, false};
 
-/// A winding with its bridge and its sensor. Its values are those of the configuration unless a
+/// A winding with its bridge and its sensor. Its values are the configured ones unless a
 /// test says otherwise.
 struct Motor {
   explicit Motor(const PowerBoard& on, BoardConfig of = {})
@@ -59,7 +59,7 @@ struct Motor {
     speed = pushed - std::clamp(pushed, -friction, friction);
     look();
   }
-  /// What a speed estimate with 100 Hz makes of a period of such speed.
+  /// The estimate of 100 Hz after a period of such speed.
   void look() {
     const double pole = 2 * 3.14159265 * 100.0;
     behind += period_s() * (speed - seen_speed - 2 * pole * behind);

@@ -54,7 +54,7 @@ class Bench {
     return torque_nm - others_nm;
   }
 
-  /// What the motor is told beside it, and what there is of the motor.
+  /// The motor's other command, and its limit.
   float others_nm = 0.0F;
   core::MotorRange range{-100.0F, 100.0F};
 

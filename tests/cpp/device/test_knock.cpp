@@ -33,7 +33,7 @@ void begin(Rig& rig, const ControlConfig& config) {
   rig.tick(2);
 }
 
-/// What the motor is told while the knob goes on by a count in each tick.
+/// The motor's command while the knob moves by a count in each tick.
 std::vector<double> come_in(Rig& rig, int ticks) {
   std::vector<double> told_nm;
   for (int n = 0; n < ticks; ++n) {

@@ -1,4 +1,4 @@
-// Every phase of the control loop meets every event. What must come of it is in the table of
+// Every phase of the control loop meets every event. The results are in the table of
 // docs/explanation/architecture.md.
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-// What the power stage notices by itself, on a motor that is solved exactly: when it must speak up,
+// Faults that the power stage notices, on a motor that is solved exactly: when it must report,
 // how soon, and when it must be quiet.
 #include <doctest/doctest.h>
 
@@ -18,7 +18,7 @@ using torsio::tests::PowerBoard;
 
 namespace {
 
-/// What the supply makes of the winding is told within a fifth of a second, and over with the
+/// A wrong supply shows in the winding within a fifth of a second, and ends with the
 /// torque.
 void check_found_out(Motor& motor, double torque_nm) {
   const double found_s = motor.push(torque_nm, 1.0);
@@ -250,7 +250,7 @@ TEST_CASE("a sensor whose zero moves is found out before the knob has gone far")
         CHECK(std::abs(motor.speed) < 15.0);
         CHECK(motor.logic.find_faults(false) == fault::winding);
       }
-      // What is not found out does not turn it: 0.1 A are 5 mN m, of 8 that friction holds.
+      // An unnoticed current does not turn it: 0.1 A are 5 mN m, and friction holds 8.
       for (const double shift_a : {0.1, -0.1}) {
         Motor motor(board);
         motor.inertia = inertia;
@@ -277,7 +277,7 @@ TEST_CASE("a zero that moves while the motor pushes on and on is found out once 
       CAPTURE(shift_a);
       CHECK((found_s > 0.0) == tells);
       CHECK(found_s < 0.1);
-      // What was not found out then is when the motor lets go.
+      // It is noticed when the motor lets go.
       if (!tells) CHECK(motor.push(0.0, 0.1) > 0.0);
     }
     // A supply that sags by a seventh is no fault.

@@ -1,4 +1,4 @@
-// What a game's effects never do: what docs/reference/games.md promises beside the torques
+// Limits of a game's effects: the promises of docs/reference/games.md beside the torques
 // themselves.
 #include <algorithm>
 #include <cmath>

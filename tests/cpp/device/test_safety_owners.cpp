@@ -1,4 +1,4 @@
-// What a game and the SDK do to each other, and what holds a game. Each of these lines was once
+// A game and the SDK together, and the limits of a game. Each of these lines was once
 // deleted without any other test noticing; tests/mutation has the list.
 #include <cmath>
 
@@ -80,7 +80,7 @@ TEST_CASE("the user's cap holds a game as it holds a scene") {
   rig.play_constant(32767);
   rig.tick(10);
   CHECK(rig.outputs.motor_command_nm == torsio::test::about(0.01));
-  // Half of full level is half of what can be given.
+  // Half of full level is half of the possible torque.
   GameRig half;
   REQUIRE(half.set(config).ok());
   half.play_constant(16384);

@@ -314,7 +314,7 @@ TEST_CASE("on its way to the bootloader nobody can arm any more") {
 
 namespace {
 
-/// Ticks until the device gives up, of which every `every`th has `inputs`; 0: it does not.
+/// Ticks until the device gives up; every `every`th has `inputs`. 0: it does not.
 int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int every) {
   torsio::device::BoardInfo board;
   board.control_period_ns = 100'000;

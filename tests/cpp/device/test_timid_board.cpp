@@ -326,7 +326,7 @@ TEST_CASE("a supply that comes back takes no other fault with it") {
     rig.tick(5);
     CHECK(rig.get<Health>().faults == (fault::supply | fault::winding));
     CHECK(rig.command(Op::clear_fault) == Status::ok);
-    // What was cleared by hand does not clear the next.
+    // Clearing one by hand does not clear the next.
     rig.inputs.emergency_stop = true;
     rig.tick();
     rig.inputs.emergency_stop = false;

@@ -1,5 +1,5 @@
-// What tests/vm/guest/test_enumeration.py and tests/board/test_usb.py do not see of the
-// descriptors.
+// The parts of the descriptors that tests/vm/guest/test_enumeration.py and tests/board/test_usb.py
+// do not see.
 #include <doctest/doctest.h>
 
 #include <cstdint>

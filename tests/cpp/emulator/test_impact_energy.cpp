@@ -112,7 +112,7 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
   CHECK(most_taken > 0.3);  // and it has had a say in the motion
 }
 
-// The oracle is the true work of what the motor gave beyond the wall, which is computed here from
+// The oracle is the true work of the motor beyond the wall, which is computed here from
 // the counts, with the motor's limits. Wall and knock together are more than it has.
 TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
   constexpr double kMotorNm = 85e-3;
@@ -163,7 +163,7 @@ TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
               knock_nm = told_nm - wall_nm;
               most_nm = std::max(most_nm, std::abs(knock_nm));
               work_j += knock_nm * moved_rad;
-              // What the slew holds does not end at once: then the test is a coarse one.
+              // With a slew the torque does not end at once: then the test is a coarse one.
               const double open_nm = slew_nm_per_s > 0.0 ? most_nm + changes_nm : 2.0 * most_nm;
               worst_j = std::max(worst_j, work_j - open_energy_j(open_nm, knock_nm, moved_rad));
               most_taken_j = std::max(most_taken_j, -work_j);

@@ -180,7 +180,7 @@ std::vector<LoopRow> visit(protocol::Law law, double stiffness) {
       {0, kStartRad}, {1'000'000'000, 0.04}, {1'200'000'000, 0.04}, {2'200'000'000, kStartRad}});
   options.hand = hand;
   options.initial->speed_rad_s = {};
-  // What the law calibrated knows of the brake and the other does not.
+  // Facts of the brake that the law calibrated knows and the other does not.
   options.actuator.brake_inertia_kg_m2 = 0.0F;
   options.actuator.brake_torque_min_nm = options.actuator.brake_drag_nm;
   ClosedLoop loop(options);

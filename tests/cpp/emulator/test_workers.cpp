@@ -95,7 +95,7 @@ TEST_CASE("workers end, asleep or not") {
   }
 }
 
-// Which the thread sanitizer allows only where the child begins no threads.
+// The thread sanitizer allows this only where the child begins no threads.
 #if !defined(_WIN32) && !defined(__SANITIZE_THREAD__)
 TEST_CASE("a forked child has workers of its own") {
   auto workers = std::make_unique<Workers>();

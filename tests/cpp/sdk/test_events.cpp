@@ -1,4 +1,4 @@
-// What the device tells of itself: events, the reason why the torque went, and recordings without
+// The device's own reports: events, the reason why the torque went, and recordings without
 // it.
 #include <doctest/doctest.h>
 
@@ -42,7 +42,7 @@ class WithoutEvents final : public test::WrappedTransport {
 };
 
 struct Waiting {
-  std::uint8_t id = 0;  // of what waits
+  std::uint8_t id = 0;  // of the waiting report
   bool holds = false;
   std::deque<ReportBytes> reports;
 };

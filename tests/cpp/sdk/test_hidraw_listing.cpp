@@ -1,4 +1,4 @@
-// Which knobs the kernel's files tell of, on a tree laid out as sysfs is
+// The knobs in the kernel's files, on a tree laid out as sysfs is
 // (Documentation/ABI/testing/ sysfs-bus-usb and sysfs-class-hidraw, docs of HID_ID in
 // drivers/hid/hid-core.c).
 #include <doctest/doctest.h>

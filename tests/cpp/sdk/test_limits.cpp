@@ -1,4 +1,4 @@
-// What a knob says that it gives at most, of an emulated device and of one that calls itself a
+// A knob's stated limits, for an emulated device and for one that calls itself a
 // board.
 #include <doctest/doctest.h>
 

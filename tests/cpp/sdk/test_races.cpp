@@ -139,7 +139,7 @@ TEST_CASE("races: callbacks of events that are replaced while they run and use t
     });
     users.add([&] { (void)knob.record(0.01); });
     for (int i = 0; i < 20 || told == 0; ++i) {
-      // What a callback has of its own goes with it.
+      // A callback's own objects go with it.
       knob.on_event([&, own = std::make_shared<int>(i)](const Event& event) {
         if (event.state == State::disconnected) return;
         told += *own >= 0 ? 1 : 0;

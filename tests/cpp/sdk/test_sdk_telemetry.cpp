@@ -310,7 +310,7 @@ TEST_CASE("every call that waits can be interrupted, and what the callback throw
   (void)knob.read(100'000, 0.0);
   CHECK_THROWS_AS((void)knob.read(1, 1e6), Interrupted);
   interrupt = false;
-  knob.arm();  // and goes on as if nothing had been
+  knob.arm();  // and goes on unchanged
 
   OpenOptions throwing;
   throwing.interrupted = []() -> bool { throw std::logic_error("mine"); };

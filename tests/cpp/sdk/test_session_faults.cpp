@@ -1,4 +1,4 @@
-// What a recording, several threads, a child process and a lying device may not do to the library.
+// A recording, several threads, a child process and a lying device do not break the library.
 #include <doctest/doctest.h>
 
 #include <atomic>

@@ -19,7 +19,7 @@ using test::message_of;
 
 namespace {
 
-/// What the fake device does; shared with the test.
+/// The fake device's behaviour; shared with the test.
 struct Script {
   protocol::Identity identity{.fingerprint = protocol::fingerprint()};
   bool stalls = false;

@@ -243,9 +243,9 @@ TEST_CASE("an unplug wakes a waiting call at once, and every later call says so"
 
 #ifndef _WIN32  // whose knobs are no files
 TEST_CASE("a file that opens but does not answer as a knob never gets to hidapi") {
-  // As that of a knob does which is unplugged while it is opened.
+  // As for a knob that is unplugged while it is opened.
   CHECK_THROWS_AS((void)keep_open("/dev/null"), DeviceNotFound);
-  // What cannot be opened, and what is no file, is hidapi's to tell.
+  // hidapi reports files that it cannot open, and other objects.
   CHECK(keep_open("/no/such/file").use_count() == 0);
   CHECK(keep_open("1-1:1.0").use_count() == 0);
 }

@@ -58,7 +58,7 @@ class ChangedAnswer final : public WrappedTransport {
   Change change_;
 };
 
-/// An emulated device of which one answer is another.
+/// An emulated device with one changed answer.
 template <class Report, class Change>
 std::unique_ptr<Transport> emulated_with(Change change) {
   return std::make_unique<ChangedAnswer<Report, Change>>(open_transport("emulated"),

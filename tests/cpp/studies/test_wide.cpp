@@ -36,7 +36,7 @@ TEST_CASE("controller in 64 bits decides as the device's but for rounding") {
     bool differs = false;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       REQUIRE(wide[i].position_counts == single[i].position_counts);
-      // 1e-7 N m is 1/20,000 of what the encoder can tell.
+      // 1e-7 N m is 1/20,000 of the encoder's step.
       REQUIRE(std::abs(wide[i].motor_command_nm - single[i].motor_command_nm) < 1e-7);
       REQUIRE(std::abs(wide[i].brake_command_nm - single[i].brake_command_nm) < 1e-7);
       REQUIRE(std::abs(wide[i].spring_torque_nm - single[i].spring_torque_nm) < 1e-7);

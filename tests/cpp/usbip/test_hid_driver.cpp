@@ -20,7 +20,7 @@ namespace bench {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What the driver asks of the stack, and what it has been given.
+/// The driver's calls to the stack, and the answers.
 struct Stack {
   bool ready = true;
   bool event_waits = false;
@@ -359,7 +359,7 @@ TEST_CASE("driver answers for its interfaces only") {
 TEST_CASE("driver reads a feature report as long as it was announced, if it is the one announced") {
   Bench bench;
   REQUIRE(bench.setup(0x21, 0x09, 0x0305, 0, 7));
-  // What a host does not send is where nothing may be.
+  // A host sends nothing where nothing may be.
   CHECK(stack.control.back() == Bytes(7, 0xFF));
   stack.control_buffer[0] = 0x06;
   CHECK_FALSE(bench.request(CONTROL_STAGE_DATA, 0x21, 0x09, 0x0305, 0, 7));

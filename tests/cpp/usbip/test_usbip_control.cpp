@@ -126,7 +126,7 @@ TEST_CASE("output reports are taken by the control endpoint as by their own") {
   CHECK(rig.knob.device().device().state() == torsio::protocol::State::armed);
   CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0102, 1, 64), 64).data ==
         Bytes{2, 0x0E, 1, 1});
-  // What finds no room is refused, since a control transfer cannot wait.
+  // Without room it is refused, since a control transfer cannot wait.
   int taken = 0;
   while (taken < 100 && say(0, command(8, kDisarm)) == 0) ++taken;
   CHECK(taken > 4);
@@ -263,7 +263,7 @@ TEST_CASE("reports of another kind, interface or recipient stall and change noth
     CHECK(rig.client.control_out(setup_packet(0x21, 9, value, 0, 64), other).status ==
           (is_output ? 0 : kStall));
   }
-  // The id in the request is not that of the data.
+  // The id in the request differs from the data's.
   CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0306, 0, 64), good).status == kStall);
   // No interface 2, and neither the device nor an endpoint has reports.
   CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0305, 2, 64), 64).status == kStall);

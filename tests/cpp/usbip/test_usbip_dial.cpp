@@ -40,7 +40,7 @@ struct DialRig {
       const auto answer = client.reply();
       if (!answer) continue;
       client.submit_in(2, 64);
-      if (answer->data.at(0) != 1) continue;  // keys, of which none is pressed
+      if (answer->data.at(0) != 1) continue;  // keys; none is pressed
       REQUIRE(answer->data.size() == 8);
       sum += static_cast<std::int16_t>(answer->data[4] | (answer->data[5] << 8));
     }

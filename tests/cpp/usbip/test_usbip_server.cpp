@@ -69,7 +69,7 @@ class Peer {
       }
     }
   }
-  /// What has come. Sets ended() if the server has hung up.
+  /// The bytes that have come. Sets ended() if the server has hung up.
   Bytes take() {
     Bytes bytes(1 << 16);
     const ssize_t count = recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);

@@ -146,7 +146,7 @@ TEST_CASE("configuration that is taken back ends what waits and disarms, and may
   rig.client.submit_out(1, command(7, kArm));
   (void)rig.client.wait();
   Bytes answer;
-  do {  // behind the events of what was meanwhile
+  do {  // behind the events that came meanwhile
     rig.client.submit_in(1, 64);
     answer = rig.client.wait().data;
   } while (answer.at(0) == 0x42);

@@ -99,7 +99,7 @@ def wave(form: effect_forms.Form, amplitude: float, offset: float = 0, phase: fl
     return case(lambda t: amplitude * form(t / 0.1 + phase) + offset)
 
 
-# What the program is told, and the torque as a share of full. With one axis Wine sends both 1 and
+# The program's values, and the torque as a share of full. With one axis Wine sends both 1 and
 # -1 as 90 degrees, which is from the right: a positive force pushes to smaller angles.
 PLAYED = {
     "half": (f"constant {LENGTH_MS} 10000 1 {HALF}", level(0.5)),

@@ -38,7 +38,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class Effect:
-    """struct ff_effect; `parameters` are those of its kind."""
+    """struct ff_effect; `parameters` belong to its kind."""
 
     kind: int
     parameters: bytes

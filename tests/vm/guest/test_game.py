@@ -92,7 +92,7 @@ def test_reports_go_over_the_control_pipe_too(bus: VirtualBus, tmp_path: Path) -
     os.close(file)
 
 
-# What depends on time only -------------------------------------------------------------------
+# Effects that depend on time only -----------------------------------------------------------------
 
 
 def test_timed_effects_have_their_closed_form(bus: VirtualBus, tmp_path: Path) -> None:

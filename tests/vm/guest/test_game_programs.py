@@ -15,7 +15,7 @@ from tests.vm.guest.virtual_bus import VirtualBus
 pytestmark = [pytest.mark.games, pytest.mark.usefixtures("udev")]
 
 TESTHAPTIC = "/usr/libexec/installed-tests/SDL2/testhaptic"
-PLAYED_S = 6.0  # that testhaptic gives each effect, of which the last one is a pause
+PLAYED_S = 6.0  # testhaptic's time for each effect; the last second is a pause
 EVDEV_PROGRAM = """
 import time
 from evdev import InputDevice, ecodes, ff, list_devices

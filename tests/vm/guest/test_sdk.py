@@ -26,7 +26,7 @@ from tests.vm.guest.virtual_bus import PROGRAM, TREE
 pytestmark = pytest.mark.kernel("6.1")
 
 TESTS = TREE / "build/asan-ubsan/tests/cpp/torsio_attached_tests"
-# Of a process, in the guest's time. Less than a test may take, so that the next one need not wait.
+# Time limit of a process, in the guest's time: less than a test's, so that the next need not wait.
 LIMIT_S = 800
 
 _WORLD = "tells a world what only the one inside the process can do"

@@ -24,8 +24,8 @@ _DRIVER = Path("/sys/bus/usb/drivers/usbtest")
 _IOCTL = 0xC0105512  # USBDEVFS_IOCTL of linux/usbdevice_fs.h
 _TEST = 0xC01C5564  # _IOWR('U', 100, of seven words), of drivers/usb/misc/usbtest.c
 
-# Of the device descriptor: packet size, vendor and product. The driver takes no other devices than
-# those that it knows; of Linux' gadget for tests it uses whatever endpoints the descriptors have.
+# Parts of the device descriptor: packet size, vendor and product. The driver takes only devices
+# that it knows. With Linux' gadget for tests it uses any endpoints of the descriptors.
 _KNOB, _GADGET = bytes.fromhex("40 0912 0100"), bytes.fromhex("40 2505 a0a4")
 # Endpoint descriptors of interface 0.
 _OUT, _IN = (bytes((7, 5, address, 3, 64, 0, 1)) for address in (0x01, 0x81))

@@ -102,7 +102,7 @@ TEST_CASE("habit: a ramp with equal ends is a constant force, with an end or wit
 }
 
 TEST_CASE("habit: created once and played for an hour") {
-  // What DIEFFECT's duration of INFINITE and SDL_HAPTIC_INFINITY are for; no report that names a
+  // For DIEFFECT's duration of INFINITE and SDL_HAPTIC_INFINITY; no report that names a
   // game was found. An update, once a second here, is a sign of life.
   GameRig rig;
   const int constant = rig.play_constant(8000);

@@ -14,8 +14,7 @@ struct Watchdog {
   int updates = 0;
 };
 inline Watchdog watchdog;
-/// What watchdog_enable() leaves in scratch[4], by which its restart is told from the boot ROM's
-/// own.
+/// watchdog_enable() leaves this in scratch[4]. It tells its restart from the boot ROM's own.
 inline constexpr std::uint32_t kEnabled = 0x6ab73121;
 }  // namespace fake
 inline fake::Watchdog* const watchdog_hw = &fake::watchdog;
