@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from torsio.common import screen
-from torsio_hardware import beams, design, parts
+from torsio_hardware import beams, design, drawing, parts
 from torsio_hardware import knob as knob_file
 from torsio_hardware.flexure import Flexure, closed_form
 
@@ -81,7 +81,13 @@ def spring_command(
     if as_json:
         print(json.dumps(found, indent=2))
         return
-    tell(*_words(spring, found), f"Written: {', '.join([*files, str(out / 'spring.json')])}")
+    rows = found.get("elements", {}).items()
+    tell(
+        *drawing.words(spring),
+        f"Strain at the largest torque {100 * found['strain_at_torque']:.2f} %",
+        *(f"  {name:18} " + " ".join(f"{value:.4f}" for value in row) for name, row in rows),
+        f"Written: {', '.join([*files, str(out / 'spring.json')])}",
+    )
 
 
 @app.command("all")
@@ -154,8 +160,6 @@ def compare(shape: Flexure, modulus_pa: float) -> dict[str, Any]:
 
 def write(spring: design.Spring, out: Path, *, solid: bool) -> list[str]:
     """Write drawing, STEP and STL; give their names."""
-    from torsio_hardware import drawing
-
     out.mkdir(parents=True, exist_ok=True)
     (out / "spring.svg").write_text(drawing.svg(spring), encoding="utf-8")
     files = [out / "spring.svg"]
@@ -169,28 +173,3 @@ def write(spring: design.Spring, out: Path, *, solid: bool) -> list[str]:
         export_step(body, str(files[1]))
         export_stl(body, str(files[2]), tolerance=0.01)
     return [str(file) for file in files]
-
-
-def _words(spring: design.Spring, found: dict[str, Any]) -> list[str]:
-    shape = spring.flexure
-    sure = spring.relative_uncertainty
-    creep = spring.material.creep(1.0)
-    lines = [
-        f"{shape.family}, {shape.arms} arms of {1e3 * shape.thickness_m:.2f} by "
-        f"{1e3 * shape.width_m:.2f} mm, hub {1e3 * shape.hub_radius_m:g}, rim "
-        f"{1e3 * shape.rim_radius_m:g} mm, {spring.material.name}",
-        f"stiffness {spring.stiffness_nm_per_rad:.3f} N m/rad, standard uncertainty "
-        f"{100 * sure:.0f} %: calibrate it",
-        f"off a line by at most {100 * spring.deviation:.2f} % up to 0.04 rad",
-        f"strain {100 * spring.strain:.2f} % at 0.04 rad; limit "
-        f"{100 * spring.material.strain_limit:.1f} %, safety {spring.safety:.2f}",
-        f"strain {100 * found['strain_at_torque']:.2f} % at the largest torque",
-        f"walls as far off as printed: {100 * (spring.thinner - 1):+.0f} or "
-        f"{100 * (spring.thicker - 1):+.0f} % of stiffness",
-        f"a wall held for an hour: {100 * (creep.value - 1):.0f} % more twist "
-        f"({100 * (creep.low - 1):.0f} to {100 * (creep.high - 1):.0f} %)",
-        f"ShaftConfig: {spring.shaft_config() or 'one straight line'}",
-    ]
-    for name, values in found.get("elements", {}).items():
-        lines.append(f"  {name:18} " + " ".join(f"{value:.4f}" for value in values))
-    return lines

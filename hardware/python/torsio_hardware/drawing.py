@@ -26,18 +26,31 @@ def _circle(radius_m: float, x: float = 0.0, y: float = 0.0, kind: str = "edge")
     )
 
 
-def dimensions(spring: Spring) -> list[str]:
-    """Give what a maker measures on the printed part, by the drawing's letters, and why."""
-    shape = spring.flexure
+def words(spring: Spring) -> list[str]:
+    """Say what a maker measures on the printed part, by the drawing's letters, and what it does."""
+    shape, of, nominal = spring.flexure, spring.material, spring.stiffness_nm_per_rad
+    low, high = (nominal * (1 + k * 1.96 * spring.relative_uncertainty) for k in (-1, 1))
+    off_mm, creep = 1e3 * spring.within_m, of.creep(1.0)
     return [
-        f"A: wall of every arm {1e3 * shape.thickness_m:.2f} mm ± {1e3 * spring.within_m:.2f}: "
-        "stiffness, the third power",
+        f"Spring of {of.name}: print flat, 100 % of walls",
+        f"A: wall of every arm {1e3 * shape.thickness_m:.2f} mm ± {off_mm:.2f}: stiffness, the "
+        "third power",
         f"B: hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1: where the arms begin",
         f"C: rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1: where the arms end",
         f"D: rim, outside Ø {2 * RIM_MM:.1f} mm: fits into the pulley",
         f"E: bore Ø {2 * BORE_MM + 4:.1f} mm, ream to the sleeve: the hub must not slip",
-        f"height {1e3 * shape.width_m:.2f} mm ± 0.1: stiffness, in proportion",
-        f"{shape.arms} arms, {shape.family}: every second one is mirrored",
+        f"Height {1e3 * shape.width_m:.2f} mm ± 0.1: stiffness, in proportion",
+        f"{shape.arms} arms, {shape.family}; of a meander every second one is mirrored",
+        f"Stiffness {nominal:.3f} N m/rad, 95 %: {low:.2f} to {high:.2f}",
+        f"Walls {off_mm:.2f} mm off: {100 * (spring.thinner - 1):+.0f} or "
+        f"{100 * (spring.thicker - 1):+.0f} %",
+        f"Straight within {100 * spring.deviation:.2f} % to 0.04 rad",
+        f"Strain there {100 * spring.strain:.2f} %; limit {100 * of.strain_limit:.1f} %, safety "
+        f"{spring.safety:.2f}",
+        f"A wall held for an hour: {100 * (creep.value - 1):.0f} % more twist, assumed "
+        f"{100 * (creep.low - 1):.0f} to {100 * (creep.high - 1):.0f}",
+        f"ShaftConfig: {spring.shaft_config() or 'one straight line'}",
+        "Computed, not printed: calibrate it.",
     ]
 
 
@@ -69,23 +82,8 @@ def svg(spring: Spring) -> str:
         parts.append(_outline(edge @ turn))
     parts += [_circle(shape.hub_radius_m, kind="part"), _circle(1e-3 * (BORE_MM + 2), kind="hole")]
     parts += [_circle(1e-3 * radius, 1e-3 * x, 1e-3 * y, "hole") for radius, x, y in SCREWS_MM]
-    lines = [
-        "Spring, print flat, 100 % of walls, one material",
-        f"Material: {spring.material.name}",
-    ]
-    lines += dimensions(spring)
-    low, high = (1 + k * 1.96 * spring.relative_uncertainty for k in (-1, 1))
-    stiffness = spring.stiffness_nm_per_rad
-    lines += [
-        f"Stiffness {stiffness:.3f} N m/rad, 95 %: {low * stiffness:.2f} to {high * stiffness:.2f}",
-        f"Walls {1e3 * spring.within_m:.2f} mm off: {100 * (spring.thinner - 1):+.0f} or "
-        f"{100 * (spring.thicker - 1):+.0f} %",
-        f"Straight within {100 * spring.deviation:.2f} % to 0.04 rad; strain "
-        f"{100 * spring.strain:.2f} %",
-        "Computed, not printed: calibrate it.",
-    ]
-    words = "".join(
-        f'<text x="310" y="{40 + 20 * n}">{line}</text>' for n, line in enumerate(lines)
+    lines = "".join(
+        f'<text x="310" y="{30 + 19 * n}">{line}</text>' for n, line in enumerate(words(spring))
     )
     rule = f'<line class="edge" x1="150" y1="285" x2="{150 + 1e-2 * _SCALE:.0f}" y2="285"/>'
     return (
@@ -94,5 +92,5 @@ def svg(spring: Spring) -> str:
         "stroke-width:.6}.edge{fill:none;stroke:#123}text{font:12px sans-serif}"
         ".letter{font-weight:bold;fill:#b22}</style>"
         '<rect width="720" height="320" fill="#fff"/>'
-        f'{"".join(parts)}{rule}{_letters(spring)}<text x="150" y="300">10 mm</text>{words}</svg>\n'
+        f'{"".join(parts)}{rule}{_letters(spring)}<text x="150" y="300">10 mm</text>{lines}</svg>\n'
     )

@@ -25,6 +25,8 @@ class Fault:
         What a maker has done.
     finding
         The finding that names it: of a step of first power, of `doctor`, or of `calibrate`.
+    also
+        Other findings that it may show itself by.
     change
         What it makes of the plant.
     happen
@@ -42,6 +44,7 @@ class Fault:
     happen: Callable[[Any], object] = lambda world: None
     meter: dict[str, float] = field(default_factory=dict)
     reversed_encoder: bool = False
+    also: tuple[str, ...] = ()
 
 
 def _electrics(**values: Any) -> Callable[[PlantParams], PlantParams]:
@@ -94,23 +97,24 @@ FAULTS = (
     Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",
           happen=_sensor("dead")),
     Fault("sensor_stuck", "the motor's current does not pass through the sensor",
-          "motor:winding", happen=_sensor("stuck")),
+          "motor:winding", happen=_sensor("stuck"), also=("calibrate:winding",)),
     Fault("motor_contact", "a bad crimp in the motor's line, of 2 ohm", "calibrate:winding_values",
-          _electrics(winding_resistance_ohm=1.8)),
+          _electrics(winding_resistance_ohm=1.8), also=("calibrate:winding",)),
     Fault("brake_off", "the brake's coil is not connected", "calibrate:does_not_hold",
           _electrics(coil_resistance_ohm=1e4)),
     Fault("brake_coil_24v", "a brake for 24 V, of four times the resistance",
           "calibrate:does_not_hold",
           _electrics(coil_resistance_ohm=4.0, coil_torque_constant_nm_per_a=2.0)),
     Fault("brake_drags", "the brake is mounted askew and drags with 8 mN m", "calibrate:drag",
-          _plant(brake_drag_nm=8e-3)),
+          _plant(brake_drag_nm=8e-3), also=("motor:still",)),
     Fault("belt_loose", "the belt is loose and stretches", "calibrate:shaft_soft",
           _plant(belt=Belt(stiffness_nm_per_rad=1.5))),
     Fault("hub_slips", "the spring's hub slips on the shaft at 30 mN m", "calibrate:does_not_hold",
           _electrics(coil_torque_constant_nm_per_a=0.25)),
-    Fault("spring_soft", "the spring is printed 25 % too soft", "calibrate:spring_off", _soften),
+    Fault("spring_soft", "the spring is printed 25 % too soft", "calibrate:spring_off", _soften,
+          also=("calibrate:shaft_soft",)),
     Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "motor:still",
-          _plant(knob_coulomb_nm=40e-3)),
+          _plant(knob_coulomb_nm=40e-3), also=("calibrate:drag",)),
 )  # fmt: skip
 
 

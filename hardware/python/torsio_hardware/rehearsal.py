@@ -14,7 +14,7 @@ from torsio import calibration
 from torsio.apps.doctor.facts import ClockFit, KnobFacts
 from torsio.apps.doctor.knob import check_parts, check_start, check_state
 from torsio.printed.hands import NoHand, PrescribedMotion
-from torsio_hardware.faults import Fault
+from torsio_hardware.faults import FAULTS, Fault
 from torsio_hardware.knob import RATES_HZ, Knob
 
 RESET = "enable, board held in reset"
@@ -26,27 +26,6 @@ _CAPS: dict[str, Any] = {
 }
 _DRAG_NM, _TURN_S = 0.01, 0.5
 _PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
-# The meaning of each finding, in the order of the checks.
-CAUSES = {
-    "encoder:still": ("encoder_off",),
-    "encoder:backwards": ("encoder_swapped",),
-    "encoder:counts": ("encoder_lines",),
-    "doctor:emergency_stop": ("stop_open",),
-    "doctor:actuator": ("bridge_fault",),
-    "doctor:supply": ("supply_off", "supply_24v"),
-    "doctor:current_sensor": ("sensor_off",),
-    "supply:pull_down": ("pull_down_missing",),
-    "motor:backwards": ("motor_swapped",),
-    "calibrate:noisy": ("encoder_noisy",),
-    "motor:winding": ("sensor_stuck",),
-    "motor:still": ("knob_rubs", "brake_drags"),
-    "calibrate:winding_values": ("motor_contact",),
-    "calibrate:winding": ("motor_contact", "sensor_stuck"),
-    "calibrate:does_not_hold": ("brake_off", "brake_coil_24v", "hub_slips"),
-    "calibrate:drag": ("brake_drags", "knob_rubs"),
-    "calibrate:shaft_soft": ("belt_loose", "spring_soft"),
-    "calibrate:spring_off": ("spring_soft",),
-}
 
 
 @dataclass(frozen=True)
@@ -67,7 +46,7 @@ class Seen:
     @property
     def causes(self) -> tuple[str, ...]:
         """Names of faults that it may be."""
-        return CAUSES.get(self.finding, ())
+        return tuple(of.name for of in FAULTS if self.finding in (of.finding, *of.also))
 
 
 @dataclass
@@ -78,7 +57,6 @@ class Bench:
     device: torsio.Knob
     world: Any
     fault: Fault | None = None
-    found: Any = None
     meter: dict[str, float] = field(default_factory=dict)
     """What it shows where that is wrong, by the point."""
 
@@ -246,12 +224,12 @@ def _calibrate(bench: Bench) -> Seen:
     """Calibrate, and hold what is found against what the file lets expect."""
     command = f"torsio calibrate --supply {bench.knob.number('supply_v'):g}"
     try:
-        bench.found = calibration.calibrate(bench.device)
+        found = calibration.calibrate(bench.device)
     except (calibration.Refusal, torsio.Refused) as error:
         # A fault of the device is named by itself, as `torsio doctor` would.
         reason = next(iter(bench.device.faults()), getattr(error, "reason", "refused"))
         return Seen("calibrate", command, str(error), f"calibrate:{reason}")
-    return judge(bench.knob, bench.found.quantities, command)
+    return judge(bench.knob, found.quantities, command)
 
 
 def judge(knob: Knob, quantities: Any, command: str) -> Seen:
