@@ -25,7 +25,7 @@ DOXYGEN = BUILD / "doxygen"
 
 _MODULES = (
     *("torsio", "torsio.emulator", "torsio.closed_loop", "torsio.protocol", "torsio.telemetry"),
-    "torsio.studio",
+    *("torsio.studio", "torsio.knob.firmware", "torsio.printed.told"),
 )
 
 _CONFIGURATION = '''\

@@ -14,6 +14,7 @@ from pathlib import Path
 import torsio
 from tests.board import felt, pico
 from tests.board.live import live_knob
+from torsio.printed.told import DeviceInfo
 from torsio.telemetry import Record
 
 RELEASES = pico.FOLDER / "releases"
@@ -37,7 +38,7 @@ def plain_board(image: Path) -> Iterator[pico.EmulatedPico]:
         yield board
 
 
-def visit(image: Path, recording: Path) -> tuple[torsio.DeviceInfo, Record]:
+def visit(image: Path, recording: Path) -> tuple[DeviceInfo, Record]:
     """Push into a wall with a firmware, and record it; the library alone speaks to the board."""
     params = felt.plant_of(pico.chosen.name)
     with live_knob(params, lambda: plain_board(image)) as (knob, place), knob.record_to(recording):

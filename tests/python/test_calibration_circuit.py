@@ -17,6 +17,7 @@ from torsio.apps.cli import app
 from torsio.apps.commands.calibrate import words_of
 from torsio.calibration.circuit import ELECTRIC_STEPS, MEASURED_OF_BOARD, push_current
 from torsio.calibration.play import Player
+from torsio.printed.told import MotorCurrent
 
 OHM, HENRY, SUPPLY_V, SENSOR_V_PER_A = 2.3, 1.7e-3, 12.8, 0.19
 ELECTRICS = torsio.Electrics(
@@ -232,7 +233,7 @@ def test_stretch_is_as_long_as_it_is_however_long_each_look_takes(
 ) -> None:
     ask = torsio.Knob.motor_current
 
-    def slow(knob: torsio.Knob) -> torsio.MotorCurrent:
+    def slow(knob: torsio.Knob) -> MotorCurrent:
         knob.sleep(2e-3)
         return ask(knob)
 

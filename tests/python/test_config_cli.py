@@ -15,6 +15,7 @@ import torsio
 from torsio.apps.cli import app
 from torsio.apps.commands import shared
 from torsio.common import screen
+from torsio.printed.told import Limits
 
 DEVICE = ["--device", "emulated:config-cli"]
 
@@ -149,7 +150,7 @@ def test_arm_says_how_much_there_is_at_most() -> None:
 
 
 def test_arm_says_what_a_board_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    low = torsio.Limits(
+    low = Limits(
         motor_torque_max_nm=0.015, motor_torque_continuous_max_nm=0.015, brake_torque_max_nm=0.03,
         speed_limit_rad_s=10.0, held_low=True,
     )  # fmt: skip

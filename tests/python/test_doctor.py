@@ -24,6 +24,7 @@ from torsio.apps.doctor import linux as doctor_linux
 from torsio.apps.doctor import others as doctor_others
 from torsio.apps.doctor.facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
 from torsio.printed.statuses import FAULT_ADVICE
+from torsio.printed.told import Limits
 
 TREE = Path(__file__).parents[2]
 COMMAND = str(Path(sys.executable).with_name("torsio"))
@@ -390,7 +391,7 @@ def test_restart_that_nobody_asked_for_is_told(facts: KnobFacts, cause: str) -> 
 
 
 def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: KnobFacts) -> None:
-    low = torsio.Limits(
+    low = Limits(
         motor_torque_max_nm=0.015, motor_torque_continuous_max_nm=0.0125, brake_torque_max_nm=0.03,
         speed_limit_rad_s=10.0, held_low=True,
     )  # fmt: skip

@@ -11,8 +11,9 @@ import pytest
 
 import torsio
 from torsio.printed.config import Law
+from torsio.printed.told import Energies
 
-Visit = tuple[torsio.Energies, torsio.telemetry.Record, torsio.telemetry.Record]
+Visit = tuple[Energies, torsio.telemetry.Record, torsio.telemetry.Record]
 
 FINE = 1 << 20
 ACTUATOR = torsio.ActuatorConfig(counts_per_rev=FINE)
@@ -111,7 +112,7 @@ def test_stiffest_that_is_rendered_begins_at_three_times_what_is_stable(calibrat
         steps = ACTUATOR.motor_torque_max_nm * ACTUATOR.counts_per_rev / (2.0 * math.pi)
         stable = 1.0 / (1.0 / knob.stable_stiffness().stiffness_nm_per_rad - 1.0 / steps)
         assert told.bound_nm_per_rad == pytest.approx(3.0 * stable, rel=1e-5)
-        assert dataclasses.replace(knob.energies(), tick=0, time_s=0.0) == torsio.Energies(
+        assert dataclasses.replace(knob.energies(), tick=0, time_s=0.0) == Energies(
             tick=0, time_s=0.0, kept=True, motor_j=0.0, felt_j=0.0, stored_j=0.0, brake_j=0.0,
             bound_nm_per_rad=0.0,
         )  # fmt: skip

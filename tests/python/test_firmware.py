@@ -22,6 +22,7 @@ import torsio
 from tools import uf2
 from torsio import protocol
 from torsio.apps.cli import app
+from torsio.knob.firmware import ExaminedKnob, FirmwareUpdate
 
 OURS = protocol.fingerprint()
 
@@ -190,7 +191,7 @@ class StandIn:
         twins = [dataclasses.replace(mine, path="/dev/hidraw8")] if self.twin else []
         return [mine, *twins, *emulated]
 
-    def examine(self, path: str) -> torsio.ExaminedKnob | None:
+    def examine(self, path: str) -> ExaminedKnob | None:
         assert path == "/dev/hidraw7"
         if self.error is not None:
             raise self.error
@@ -199,7 +200,7 @@ class StandIn:
         info = dataclasses.replace(
             self.knob.info, board=self.board, firmware_version=self.version, serial=self.serial
         )
-        return torsio.ExaminedKnob(info, self.owner, torsio.dump_config(self.knob))
+        return ExaminedKnob(info, self.owner, torsio.dump_config(self.knob))
 
     def start_bootloader(self, path: str) -> None:
         self.started.append(path)
@@ -263,7 +264,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> torsio.FirmwareUpdate:
+def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> FirmwareUpdate:
     return torsio.update_firmware(file, selector, host=board, **{"timeout_s": 10.0} | options)
 
 

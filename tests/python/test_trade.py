@@ -18,6 +18,7 @@ from torsio import perception, stability
 from torsio.apps.cli import app
 from torsio.closed_loop import LoopOptions, simulate
 from torsio.printed.config import ControlConfig
+from torsio.trading import Trade
 from torsio.trading import extremes as stretching
 from torsio.trading.answers import board_shares, pasteable
 from torsio.trading.runs import Kept, Runs, Variant
@@ -155,7 +156,7 @@ def test_interrupted_trade_goes_on_where_it_was(
         if done == 7:
             raise KeyboardInterrupt
 
-    def run(**more: object) -> torsio.Trade:
+    def run(**more: object) -> Trade:
         plant = torsio.PlantParams()
         return torsio.trade(WALL, plant=plant, quick=True, stretch=False, keep=kept, **more)  # type: ignore[arg-type]
 

@@ -12,58 +12,26 @@ True
 
 from __future__ import annotations
 
-from torsio import _torsio, core, emulator, protocol, telemetry
+from torsio import _torsio, core, emulator, errors, protocol, telemetry
 from torsio.common.angles import deg
 from torsio.common.notebook import Telemetry
-from torsio.errors import (
-    Closed,
-    DeviceBusy,
-    DeviceNotFound,
-    Disarmed,
-    DisarmedWarning,
-    Disconnected,
-    Error,
-    HeldLowWarning,
-    InvalidArgument,
-    MalformedReport,
-    NoSpeedLimitWarning,
-    PermissionDenied,
-    ProtocolMismatch,
-    Refused,
-    SceneWarning,
-    StiffnessWarning,
-    Timeout,
-)
+from torsio.errors import *  # noqa: F403
 from torsio.knob import Knob
 from torsio.knob.config_file import dump_config, load_config
 from torsio.knob.emulated import Emulator
 from torsio.knob.firmware import (
-    ExaminedKnob,
-    FirmwareFile,
-    FirmwareHost,
-    FirmwarePlan,
-    FirmwareUpdate,
     carry_out,
     prepare_update,
     read_firmware,
     start_bootloader,
     update_firmware,
 )
-from torsio.knob.game_port import GamePort
 from torsio.knob.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob.opening import list_devices, open
-from torsio.knob.steps import Step, Steps
 from torsio.knob.transport import Transport
-from torsio.printed import scenes
-from torsio.printed.config import (
-    ActuatorConfig,
-    BoardConfig,
-    CalibrationConfig,
-    ControlConfig,
-    GameConfig,
-    ShaftConfig,
-)
-from torsio.printed.emulator_options import DeviceInput, EmulatorOptions, LinkFaults
+from torsio.printed import config, scenes
+from torsio.printed.config import *  # noqa: F403
+from torsio.printed.emulator_options import EmulatorOptions, LinkFaults
 from torsio.printed.hands import (
     FeedbackHand,
     Hand,
@@ -77,126 +45,65 @@ from torsio.printed.plant import (
     BrakeHysteresis,
     Cogging,
     Electrics,
-    ElectricsState,
     PlantParams,
     ShaftHardening,
 )
-from torsio.printed.scenes import *  # noqa: F403  # every effect
-from torsio.printed.told import (
-    Clock,
-    DeviceInfo,
-    Disarm,
-    Energies,
-    Event,
-    GameEffect,
-    GameStatus,
-    Health,
-    Limits,
-    LinkStatistics,
-    ListedDevice,
-    MotorCurrent,
-    StableStiffness,
-)
-from torsio.recordings.loading import Recorded, RecordingFile, load
-from torsio.recordings.replaying import Replayed, replay
+from torsio.printed.scenes import *  # noqa: F403
+from torsio.printed.told import Event, ListedDevice
+from torsio.recordings.file import RecordingFile
+from torsio.recordings.loading import Recorded, load
+from torsio.recordings.replaying import replay
 from torsio.studio import watch as live
-from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
-from torsio.trading import Trade, trade
+from torsio.telemetry import TELEMETRY_DTYPE
+from torsio.trading import trade
 
 __version__ = _torsio.__version__
 
+# A knob, and finding one.
 __all__ = [
-    "TELEMETRY_DTYPE",
-    "TRUTH_DTYPE",
-    "ActuatorConfig",
-    "Belt",
-    "BoardConfig",
-    "BrakeHysteresis",
-    "CalibrationConfig",
-    "Clock",
-    "Closed",
-    "Cogging",
-    "ControlConfig",
-    "DeviceBusy",
     "DeviceEvent",
-    "DeviceInfo",
-    "DeviceInput",
-    "DeviceNotFound",
     "DeviceWatch",
-    "Disarm",
-    "Disarmed",
-    "DisarmedWarning",
-    "Disconnected",
+    "Event",
+    "Knob",
+    "ListedDevice",
+    "Transport",
+    "list_devices",
+    "open",
+    "watch",
+]
+# What it shall feel like.
+__all__ += [*scenes.__all__, "deg", "trade"]
+# What its parts are.
+__all__ += [*config.__all__, "dump_config", "load_config"]
+# What it did.
+__all__ += ["TELEMETRY_DTYPE", "Recorded", "RecordingFile", "Telemetry", "live", "load", "replay"]
+# An emulated knob and its hand.
+__all__ += [
+    "Belt",
+    "BrakeHysteresis",
+    "Cogging",
     "Electrics",
-    "ElectricsState",
     "Emulator",
     "EmulatorOptions",
-    "Energies",
-    "Error",
-    "Event",
-    "ExaminedKnob",
     "FeedbackHand",
-    "FirmwareFile",
-    "FirmwareHost",
-    "FirmwarePlan",
-    "FirmwareUpdate",
-    "GameConfig",
-    "GameEffect",
-    "GamePort",
-    "GameStatus",
     "Hand",
-    "Health",
-    "HeldLowWarning",
     "ImpedanceHand",
-    "InvalidArgument",
-    "Knob",
-    "Limits",
     "LinkFaults",
-    "LinkStatistics",
-    "ListedDevice",
-    "MalformedReport",
-    "MotorCurrent",
-    "NoSpeedLimitWarning",
     "NoHand",
-    "PermissionDenied",
     "PlantParams",
     "PrescribedMotion",
-    "ProtocolMismatch",
-    "Recorded",
-    "RecordingFile",
-    "Refused",
-    "Replayed",
-    "SceneWarning",
     "ShaftHardening",
-    "StableStiffness",
-    "ShaftConfig",
-    "Step",
-    "Steps",
-    "StiffnessWarning",
-    "Telemetry",
-    "Timeout",
     "TorqueHand",
-    "Trade",
-    "Transport",
-    "__version__",
-    "carry_out",
-    "core",
-    "deg",
-    "dump_config",
-    "emulator",
-    "list_devices",
-    "live",
-    "load",
-    "load_config",
-    "open",
-    "prepare_update",
-    "protocol",
-    "read_firmware",
-    "replay",
-    "start_bootloader",
-    "telemetry",
-    "trade",
-    "update_firmware",
-    "watch",
-    *scenes.__all__,
 ]
+# New firmware.
+__all__ += [
+    "carry_out",
+    "prepare_update",
+    "read_firmware",
+    "start_bootloader",
+    "update_firmware",
+]
+# What goes wrong.
+__all__ += errors.__all__
+# Modules that are there without an import of their own.
+__all__ += ["__version__", "core", "emulator", "protocol", "telemetry"]

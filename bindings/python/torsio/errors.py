@@ -22,6 +22,7 @@ __all__ = [
     "ProtocolMismatch",
     "Refused",
     "SceneWarning",
+    "StiffnessWarning",
     "Timeout",
 ]
 

@@ -25,6 +25,7 @@ from torsio.common import screen
 from torsio.common.emulated import selects_emulated
 from torsio.common.screen import err, line, out
 from torsio.printed.config import CONFIGS
+from torsio.recordings.replaying import Replayed
 
 __all__ = ["add_to"]
 
@@ -157,7 +158,7 @@ def replay_command(
         raise typer.Exit(1)
 
 
-def _print_replayed(replayed: torsio.Replayed, differences: dict[str, float]) -> None:
+def _print_replayed(replayed: Replayed, differences: dict[str, float]) -> None:
     source = "inputs of the emulated device" if replayed.from_inputs else "counts in the telemetry"
     out.print(
         f"{len(replayed.recorded)} samples and {replayed.answers} answers, from the {source}",

@@ -16,6 +16,7 @@ from torsio.apps.commands.shared import AsJson, Device, opened, plainly, print_j
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import err, line, out
 from torsio.printed.config import ActuatorConfig, ControlConfig
+from torsio.printed.told import StableStiffness
 
 __all__ = ["add_to"]
 
@@ -26,9 +27,7 @@ _SOFTEST, _STIFFEST = 0.2, 5.0
 _MOST_DAMPING = 1.3
 
 
-def _told(
-    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float
-) -> torsio.StableStiffness:
+def _told(actuator: ActuatorConfig, control: ControlConfig, rate_hz: float) -> StableStiffness:
     # The knob itself knows only the law that it has.
     options = torsio.EmulatorOptions(control_rate_hz=rate_hz)
     with torsio.open("emulated", emulator=options) as knob:
