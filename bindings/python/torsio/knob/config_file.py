@@ -18,7 +18,7 @@ def dump_config(knob: Knob) -> str:
     `game_config`, `shaft_config` and `calibration_config`, with their fields by name.
     """
     checks.kind("knob", knob, Knob, "a knob")
-    return knob._dump_config()
+    return knob._configuration.dump()
 
 
 def load_config(knob: Knob, text: str) -> None:
@@ -34,4 +34,4 @@ def load_config(knob: Knob, text: str) -> None:
         Somebody has the actuator.
     """
     checks.kind("knob", knob, Knob, "a knob")
-    knob._load_config(checks.text("text", text))
+    knob._configuration.load(checks.text("text", text))

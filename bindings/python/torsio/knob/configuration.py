@@ -1,4 +1,4 @@
-"""Reads and changes a knob's configurations: a part of `torsio.Knob`."""
+"""A knob's configurations, read and changed."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ assert len(_CONFIG_OF) == sum(len(fields(c)) for c in _NAMES), "a name has two m
 
 
 class KnobConfiguration:
-    """The part of a `torsio.Knob` that is about its configurations."""
+    """The part that a `torsio.Knob` has for its configurations."""
 
-    _knob: _torsio.Knob
-    _recording: KnobRecording
+    def __init__(self, knob: _torsio.Knob, recording: KnobRecording) -> None:
+        self._knob = knob
+        self._recording = recording
 
     def actuator_config(self) -> ActuatorConfig:
         """Ask the device for the actuator as it knows it."""
@@ -76,7 +77,7 @@ class KnobConfiguration:
         getattr(self._knob, f"configure_{_NAMES[type(config)]}")(config)
         self._recording.note("configure", config=config)
 
-    def update(self, **changes: Any) -> None:
+    def update(self, /, **changes: Any) -> None:
         """Change fields of a configuration while disarmed, and keep the rest.
 
         Parameters
@@ -103,16 +104,19 @@ class KnobConfiguration:
         current = config(**getattr(self._knob, f"{_NAMES[config]}_config")())
         self.configure(replace(current, **changes))
 
-    def _dump_config(self) -> str:
+    def dump(self) -> str:
+        """Give all of them as `torsio.dump_config` does."""
         return self._knob.dump_config()
 
-    def _load_config(self, text: str) -> None:
+    def load(self, text: str) -> None:
+        """Set what a text has, as `torsio.load_config` does."""
         self._knob.load_config(text)
         if self._recording.is_under_way:
-            for config in self._all_configs():
+            for config in self.all():
                 self._recording.note("configure", config=config)
 
-    def _all_configs(self) -> tuple[Config, ...]:
+    def all(self) -> tuple[Config, ...]:
+        """Ask the device for each."""
         return tuple(
             config(**getattr(self._knob, f"{name}_config")()) for name, config in CONFIGS.items()
         )

@@ -8,7 +8,6 @@ import weakref
 from collections.abc import Callable, Iterable, Sized
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 from torsio import _torsio
 from torsio.common import checks, notebook
@@ -16,7 +15,8 @@ from torsio.common.emulated import moves_parts
 from torsio.errors import Closed, Error, StiffnessWarning
 from torsio.knob.configuration import KnobConfiguration
 from torsio.knob.emulated import Emulator
-from torsio.knob.events import tell
+from torsio.knob.events import KnobEvents
+from torsio.knob.parts import of_part
 from torsio.knob.recording import KnobRecording
 from torsio.knob.steps import Steps
 from torsio.knob.telemetry import KnobTelemetry
@@ -27,7 +27,6 @@ from torsio.printed.told import (
     DeviceInfo,
     Disarm,
     Energies,
-    Event,
     GameEffect,
     GameStatus,
     Health,
@@ -45,7 +44,7 @@ _MAX_EFFECTS = 16
 _RECORDED_SLICE_S = 0.125
 
 
-class Knob(KnobConfiguration, KnobTelemetry):
+class Knob:
     """An open knob, made by `torsio.open`. Use it in a ``with`` statement.
 
     Every method may be called from any thread, and every method that waits lets other threads run
@@ -63,8 +62,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
         self._knob = knob
         self._path: str = knob.info()["path"]
         self._recording = KnobRecording(knob, logs_inputs=logs_inputs, time_waits=time_waits)
-        self._awaits_arm = False  # a scene was played that nobody has armed
-        self._told: Callable[[dict[str, Any]], object] | None = None
+        self._configuration = KnobConfiguration(knob, self._recording)
+        self._telemetry = KnobTelemetry(knob, self._recording)
+        self._events = KnobEvents(knob)
         _open_knobs[id(self)] = weakref.ref(self)
 
     def __enter__(self) -> Knob:
@@ -97,7 +97,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         return self._knob.disarm_to_close, self._recording.close, self._knob.close, self._forget
 
     def _forget(self) -> None:
-        self._told = None
+        self._events.forget()
         _open_knobs.pop(id(self), None)
 
     @property
@@ -204,7 +204,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def _arm(self) -> None:
         self._recording.note("arm")  # before the torque: it may raise
         self._knob.arm()
-        self._awaits_arm = False
+        self._telemetry.awaits_arm = False
 
     def _is_held_low(self) -> bool:
         return moves_parts(self.info.board) and self.limits().held_low
@@ -264,7 +264,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
             scene = list(islice(scene, _MAX_EFFECTS + 1))
         effects = list(scene) if isinstance(scene, Iterable) else [scene]
         swings = self._knob.play(scene)
-        self._awaits_arm = bool(effects) and self.state == "disarmed"
+        self._telemetry.awaits_arm = bool(effects) and self.state == "disarmed"
         self._recording.note("play", scene=effects)
         if swings:
             warnings.warn(StiffnessWarning(swings), stacklevel=2)
@@ -332,44 +332,32 @@ class Knob(KnobConfiguration, KnobTelemetry):
         checks.kind("excitation", excitation, Excitation, "a torsio.Excitation")
         self._knob.excite(excitation)
 
+    # Configuration --------------------------------------------------------------------------
+
+    actuator_config = of_part("_configuration", KnobConfiguration.actuator_config)
+    control_config = of_part("_configuration", KnobConfiguration.control_config)
+    board_config = of_part("_configuration", KnobConfiguration.board_config)
+    game_config = of_part("_configuration", KnobConfiguration.game_config)
+    shaft_config = of_part("_configuration", KnobConfiguration.shaft_config)
+    calibration_config = of_part("_configuration", KnobConfiguration.calibration_config)
+    configure = of_part("_configuration", KnobConfiguration.configure)
+    update = of_part("_configuration", KnobConfiguration.update)
+    save = of_part("_configuration", KnobConfiguration.save)
+    load_defaults = of_part("_configuration", KnobConfiguration.load_defaults)
+
+    # Telemetry ------------------------------------------------------------------------------
+
+    start_telemetry = of_part("_telemetry", KnobTelemetry.start_telemetry)
+    stop_telemetry = of_part("_telemetry", KnobTelemetry.stop_telemetry)
+    latest = of_part("_telemetry", KnobTelemetry.latest)
+    read = of_part("_telemetry", KnobTelemetry.read)
+    record = of_part("_telemetry", KnobTelemetry.record)
+    telemetry = of_part("_telemetry", KnobTelemetry.telemetry)
+
     # Events ---------------------------------------------------------------------------------
 
-    def events(self, timeout_s: float = 0.0) -> list[Event]:
-        """Take what the device has told of itself and nobody has taken yet, oldest first.
-
-        Changes of state and owner, faults, silence, missed deadlines, the end of the connection.
-        1,024 are kept; what is older counts as lost in `statistics`.
-
-        Parameters
-        ----------
-        timeout_s
-            How long to wait for one if there is none.
-        """
-        taken = self._knob.events(checks.number("timeout_s", timeout_s))
-        return [Event(**event) for event in taken]
-
-    def on_event(self, callback: Callable[[Event], object] | None) -> None:
-        """Call back with every event from now on; None ends it.
-
-        One after the other: from a thread of the knob, or, in virtual time, from the thread that
-        lets time pass. The callback may use the knob. Its exceptions go to `sys.unraisablehook`,
-        and the next event is told all the same.
-        """
-        told = tell(callback)
-        self._told = told
-        if told is None:
-            self._knob.on_event(None)
-            return
-        # Mostly the callback has the knob. The extension must not have it then, because the garbage
-        # collector does not see what the extension has.
-        this = weakref.ref(self)
-
-        def hear(event: dict[str, Any]) -> None:
-            knob = this()
-            if knob is not None and knob._told is not None:
-                knob._told(event)
-
-        self._knob.on_event(hear)
+    events = of_part("_events", KnobEvents.events)
+    on_event = of_part("_events", KnobEvents.on_event)
 
     # Recording ------------------------------------------------------------------------------
 
@@ -398,7 +386,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         OSError
             If the file cannot be written.
         """
-        recording = self._recording.begin(path, self.info, self._all_configs())
+        recording = self._recording.begin(path, self.info, self._configuration.all())
         try:
             self._knob.start_telemetry(None, False)  # what came before is not in it
         except BaseException:

@@ -1,4 +1,4 @@
-"""How a knob's telemetry is read: a part of `torsio.Knob`."""
+"""A knob's telemetry, read in several ways."""
 
 from __future__ import annotations
 
@@ -24,11 +24,18 @@ _LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
 
 
 class KnobTelemetry:
-    """The part of a `torsio.Knob` that is about telemetry."""
+    """The part that a `torsio.Knob` has for its telemetry.
 
-    _knob: _torsio.Knob
-    _recording: KnobRecording
-    _awaits_arm: bool
+    Attributes
+    ----------
+    awaits_arm
+        A scene was played that nobody has armed.
+    """
+
+    def __init__(self, knob: _torsio.Knob, recording: KnobRecording) -> None:
+        self._knob = knob
+        self._recording = recording
+        self.awaits_arm = False
 
     def start_telemetry(self, rate_hz: float | None = None, *, prompt: bool = False) -> float:
         """Start telemetry, or change its rate, and forget what was not read.
@@ -122,11 +129,11 @@ class KnobTelemetry:
             samples, disarm, armed_late = kept
             # Last: you may have turned warnings into errors.
             if disarm is not None:
-                warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=2)
+                warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=3)
             elif armed_late:
-                warnings.warn(knob_warnings.armed_late(), stacklevel=2)
-            elif self._awaits_arm and self._knob.state == "disarmed":
-                warnings.warn(knob_warnings.never_armed(), stacklevel=2)
+                warnings.warn(knob_warnings.armed_late(), stacklevel=3)
+            elif self.awaits_arm and self._knob.state == "disarmed":
+                warnings.warn(knob_warnings.never_armed(), stacklevel=3)
             return samples.view(Telemetry)
         except BaseException as error:
             hang_on(error, kept)
