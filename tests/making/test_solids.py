@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from build123d import Pos
+from build123d import Cylinder, Pos, Rot
 
-from torsio_hardware import making, solids
+from torsio_hardware import making, parts, solids
 from torsio_hardware.knob import load
 from torsio_hardware.layout import BELT_LENGTH_MM, CENTRES_MM, PULLEY_MM
 
@@ -39,6 +39,19 @@ def common_mm3(one: Any, other: Any) -> float:
 def test_no_part_is_within_another(placed: list[solids.Placed]) -> None:
     for one, other in itertools.combinations(placed, 2):
         assert common_mm3(one.solid, other.solid) < 0.01, (one.name, other.name)
+
+
+def test_screws_are_long_enough_and_can_be_reached(placed: list[solids.Placed]) -> None:
+    by_name = {part.name: part.solid for part in placed}
+    # Plate and a clamp's ear, 6 mm each, and a nut of 2.4: longer than 14.4, and in stock.
+    ear = by_name["motor clamp"].bounding_box().max.Z - by_name["plate"].bounding_box().min.Z
+    assert ear == pytest.approx(0.0, abs=1e-6)
+    sets = [part.matters for part in parts.load() if part.place == "screws"]
+    assert all("10 M3x16 with nuts" in told for told in sets)
+    # A key of 2 mm goes from outside to the set screw of the knob's hub.
+    hole = by_name["sleeve"].bounding_box().max.Z - 3.0
+    key = Pos(-25, 0, hole) * Rot(0, 90, 0) * Cylinder(1.0, 30)
+    assert common_mm3(key, by_name["knob"]) < 0.01
 
 
 def test_part_in_the_wrong_place_is_found(placed: list[solids.Placed]) -> None:

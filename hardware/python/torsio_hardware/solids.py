@@ -107,7 +107,8 @@ def _knob(spring_height: float) -> Any:
     body += _hole(9.0, bottom + _KNOB_HEIGHT_MM - hub_z, z=hub_z)
     body -= _hole(BORE_MM + 2.0 + _FIT_MM / 2, 8.0, z=hub_z - 0.5)
     body += Pos(_KNOB_MM / 2 + 1.5, 0, bottom + 4) * Box(5, 5, 8)
-    return body - Pos(0, 0, hub_z + 4) * Rot(0, 90, 0) * Cylinder(1.25, 30)
+    # A key reaches the hub's set screw through the wall.
+    return body - Pos(0, 0, hub_z + 4) * Rot(0, 90, 0) * Cylinder(1.25, 80)
 
 
 def _plate(motor_mm: float, brake_mm: float) -> Any:
