@@ -22,7 +22,7 @@ struct PlantRow {
   double motor_torque_nm;          ///< after the motor's lag
   double brake_torque_nm;          ///< what the brake transmits, drag included
   double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
-  double hand_torque_nm;           ///< of whoever holds the knob
+  double hand_torque_nm;           ///< of the hand on the knob
   double knob_friction_torque_nm;  ///< Coulomb friction on the knob
   bool knob_sticks;
   bool brake_sticks;
@@ -40,7 +40,7 @@ struct LoopRow {
   double motor_torque_nm;          ///< after the motor's lag
   double brake_torque_nm;          ///< what the brake transmits, drag included
   double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
-  double hand_torque_nm;           ///< of whoever holds the knob
+  double hand_torque_nm;           ///< of the hand on the knob
   double knob_friction_torque_nm;  ///< Coulomb friction on the knob
   std::int64_t position_counts;    ///< measured, from the device's zero
   float estimated_speed_rad_s;     ///< measured
@@ -88,7 +88,7 @@ struct Fields<PlantRow> {
         field("brake_capacity_nm", &PlantRow::brake_capacity_nm, "", -kNoLimit, kNoLimit,
               "what it could transmit, drag included, >= 0"),
         field("hand_torque_nm", &PlantRow::hand_torque_nm, "", -kNoLimit, kNoLimit,
-              "of whoever holds the knob"),
+              "of the hand on the knob"),
         field("knob_friction_torque_nm", &PlantRow::knob_friction_torque_nm, "", -kNoLimit,
               kNoLimit, "Coulomb friction on the knob"),
         field("knob_sticks", &PlantRow::knob_sticks, "", -kNoLimit, kNoLimit, ""),
@@ -116,7 +116,7 @@ struct Fields<LoopRow> {
         field("brake_capacity_nm", &LoopRow::brake_capacity_nm, "", -kNoLimit, kNoLimit,
               "what it could transmit, drag included, >= 0"),
         field("hand_torque_nm", &LoopRow::hand_torque_nm, "", -kNoLimit, kNoLimit,
-              "of whoever holds the knob"),
+              "of the hand on the knob"),
         field("knob_friction_torque_nm", &LoopRow::knob_friction_torque_nm, "", -kNoLimit, kNoLimit,
               "Coulomb friction on the knob"),
         field("position_counts", &LoopRow::position_counts, "", -kNoLimit, kNoLimit,

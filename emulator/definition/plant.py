@@ -61,7 +61,7 @@ def yes_or_no(name: str, doc: str, *, default: bool = False) -> Field:
 
 
 ENCODER_ROUNDING = enumeration(
-    "EncoderRounding", "Which count an angle between two gives.", "floor", "nearest"
+    "EncoderRounding", "The count of an angle between two counts.", "floor", "nearest"
 )
 
 SHAFT_HARDENING = Structure(
@@ -279,7 +279,7 @@ PRESCRIBED_MOTION = Structure(
 )
 FEEDBACK_HAND = Structure(
     "FeedbackHand",
-    "A hand whose torque is a function of what the knob does, such as a controller or a person's model.",
+    "A hand whose torque is a function of the knob's motion, such as a controller or a person's model.",
     (
         function(
             "torque_nm", "HandFunction", "the torque on the knob; held until it is asked again"
@@ -337,7 +337,7 @@ EMULATOR_OPTIONS = Structure(
         group("plant", PLANT_PARAMS, "what it is made of"),
         hand("hand", "who holds it"),
         text("serial", "at most 16 ASCII characters; empty: derived from the device's name"),
-        optional_group("actuator", configurations.ACTUATOR_CONFIG, "configuration at power-up in place of what the device has stored, or of its defaults"),
+        optional_group("actuator", configurations.ACTUATOR_CONFIG, "configuration at power-up; it replaces the stored one and the defaults"),
         optional_group("control", configurations.CONTROL_CONFIG, "the same"),
         optional_group("board", configurations.BOARD_CONFIG, "the same; a plant with electrics has use for it"),
         optional_group("game", configurations.GAME_CONFIG, "the same"),
@@ -394,7 +394,7 @@ _TRUE = (
     told("motor_torque_nm", "double", "after the motor's lag"),
     told("brake_torque_nm", "double", "what the brake transmits, drag included"),
     told("brake_capacity_nm", "double", "what it could transmit, drag included, >= 0"),
-    told("hand_torque_nm", "double", "of whoever holds the knob"),
+    told("hand_torque_nm", "double", "of the hand on the knob"),
     told("knob_friction_torque_nm", "double", "Coulomb friction on the knob"),
 )
 TRUTH_SAMPLE = Structure(

@@ -190,10 +190,10 @@ struct Layout<GameMonitor> {
       any_number("updates", &GameMonitor::updates, "", "reports that games sent since power-up"),
       any_number("effects", &GameMonitor::effects, "", "that exist"),
       any_number("clipped_ticks", &GameMonitor::clipped_ticks, "",
-                 "in which effects asked for more than all together get, since power-up"),
-      any_number(
-          "asked_percent", &GameMonitor::asked_percent, "",
-          "the most that effects asked for in the last half second, of what all together get"),
+                 "ticks in which effects asked for more than all together get, since power-up"),
+      any_number("asked_percent", &GameMonitor::asked_percent, "",
+                 "the most that effects asked for in the last half second, as a share of their "
+                 "joint limit"),
       group("effect", &GameMonitor::effect, ""),
   };
 };
@@ -262,7 +262,7 @@ struct Layout<MotorCurrent> {
       "happened between. Read only.";
   static constexpr FieldList fields{
       choice("measured", &MotorCurrent::measured,
-             "there is a current sensor; else all of this is nothing"),
+             "there is a current sensor; without one the other fields are 0"),
       number("position_counts", &MotorCurrent::position_counts, "count", std::int64_t{-1} << 62,
              std::int64_t{1} << 62, "at the newest tick"),
       any_number("period_ns", &MotorCurrent::period_ns, "ns", "of the current loop"),
@@ -271,20 +271,20 @@ struct Layout<MotorCurrent> {
       number("periods", &MotorCurrent::periods, "", 0, std::uint64_t{1} << 62,
              "done, each with one measurement"),
       any_number("reading_sum", &MotorCurrent::reading_sum, "step",
-                 "of what the sensor's converter read in each"),
+                 "sum of the sensor's readings, one a period"),
       any_number("share_sum", &MotorCurrent::share_sum, "2^-14 of the supply",
-                 "of all, positive to larger angles"),
-      any_number("reading", &MotorCurrent::reading, "step", "the newest"),
+                 "sum of all shares, positive to larger angles"),
+      any_number("reading", &MotorCurrent::reading, "step", "newest reading"),
       any_number("share", &MotorCurrent::share, "2^-14 of the supply",
-                 "of the supply's voltage that answers the newest"),
+                 "share of the supply's voltage that answers it"),
       any_number("share_before", &MotorCurrent::share_before, "2^-14 of the supply",
-                 "that answered the one before"),
+                 "share before it"),
       any_number("zero", &MotorCurrent::zero, "step",
-                 "what is read without current, as learnt while the power was off"),
+                 "reading without current, learnt while the power was off"),
       any_number("a_per_step", &MotorCurrent::a_per_step, "A",
                  "positive or negative, as the board was configured when it started"),
       any_number("a_per_nm", &MotorCurrent::a_per_nm, "A/(N m)",
-                 "asked of the motor for a torque, likewise"),
+                 "current asked of the motor for a torque"),
   };
 };
 

@@ -72,7 +72,7 @@ def c_structures() -> str:
     body += "".join(map(c.writer, (*_INPUTS, *_TOLD))) + "\n"
     body += "// Samples go over as they are.\n" + "".join(map(c.same_layout, _SAMPLES))
     return cpp.header(
-        "The structures of C as those of C++, and back.",
+        "Converts C's structures to C++'s and back.",
         f"{LISTS} and {PLANT_LISTS}",
         (
             "<array>", "<cstddef>", "<cstdint>", "<string>", "<string_view>", "<vector>",

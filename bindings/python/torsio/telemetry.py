@@ -59,7 +59,7 @@ TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
         ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
         ("motor_torque_nm", "<f8"),  # after the motor's lag
-        ("hand_torque_nm", "<f8"),  # of whoever holds the knob
+        ("hand_torque_nm", "<f8"),  # of the hand on the knob
     ],
     align=True,
 )
@@ -76,7 +76,7 @@ PLANT_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("motor_torque_nm", "<f8"),  # after the motor's lag
         ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
         ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
-        ("hand_torque_nm", "<f8"),  # of whoever holds the knob
+        ("hand_torque_nm", "<f8"),  # of the hand on the knob
         ("knob_friction_torque_nm", "<f8"),  # Coulomb friction on the knob
         ("knob_sticks", "?"),
         ("brake_sticks", "?"),
@@ -96,7 +96,7 @@ LOOP_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("motor_torque_nm", "<f8"),  # after the motor's lag
         ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
         ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
-        ("hand_torque_nm", "<f8"),  # of whoever holds the knob
+        ("hand_torque_nm", "<f8"),  # of the hand on the knob
         ("knob_friction_torque_nm", "<f8"),  # Coulomb friction on the knob
         ("position_counts", "<i8"),  # measured, from the device's zero
         ("estimated_speed_rad_s", "<f4"),  # measured

@@ -51,7 +51,7 @@ struct PrescribedMotion {
   Profile angle_rad{{0.0, 0.0}};  ///< without jumps
 };
 
-/// A hand whose torque is a function of what the knob does, such as a controller or a person's
+/// A hand whose torque is a function of the knob's motion, such as a controller or a person's
 /// model. The function is asked when the hand takes over and then once a period. It must not use
 /// the knob that it holds.
 struct FeedbackHand {
@@ -62,7 +62,7 @@ struct FeedbackHand {
 /// The hand on an emulated knob.
 using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, FeedbackHand>;
 
-/// Which count an angle between two gives.
+/// The count of an angle between two counts.
 enum class EncoderRounding : std::uint8_t { floor, nearest };
 
 /// State of a current sensor.
@@ -203,7 +203,7 @@ struct TruthSample {
   double brake_torque_nm;    ///< what the brake transmits, drag included
   double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
   double motor_torque_nm;    ///< after the motor's lag
-  double hand_torque_nm;     ///< of whoever holds the knob
+  double hand_torque_nm;     ///< of the hand on the knob
 };
 
 /// True electric values of an emulated knob, now.

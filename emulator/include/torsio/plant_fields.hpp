@@ -274,7 +274,7 @@ struct Fields<TruthSample> {
         field("motor_torque_nm", &TruthSample::motor_torque_nm, "", -kNoLimit, kNoLimit,
               "after the motor's lag"),
         field("hand_torque_nm", &TruthSample::hand_torque_nm, "", -kNoLimit, kNoLimit,
-              "of whoever holds the knob"));
+              "of the hand on the knob"));
   }
 };
 template <>

@@ -30,42 +30,42 @@ ACTUATOR_CONFIG = _configuration(
     "ActuatorConfig",
     "The actuator as built. The defaults are the reference actuator.",
     "Set only while disarmed; another encoder empties the scene.",
-    torque("motor_torque_max_nm", "what the motor can give", default=constants.REFERENCE_MOTOR_TORQUE_MAX_NM),
-    torque("brake_torque_max_nm", "what the brake can hold", default=constants.REFERENCE_BRAKE_TORQUE_MAX_NM),
-    torque("brake_torque_min_nm", "floor of the brake's torque in the sensor", default=constants.REFERENCE_BRAKE_FLOOR_NM),
-    torque("brake_drag_nm", "what the brake holds with no current", default=constants.REFERENCE_BRAKE_DRAG_NM),
-    number("brake_time_constant_s", "s", 0.0, 100.0, "from command to torque", default=constants.REFERENCE_BRAKE_TIME_CONSTANT_S),
+    torque("motor_torque_max_nm", "largest torque of the motor", default=constants.REFERENCE_MOTOR_TORQUE_MAX_NM),
+    torque("brake_torque_max_nm", "largest torque of the brake", default=constants.REFERENCE_BRAKE_TORQUE_MAX_NM),
+    torque("brake_torque_min_nm", "least brake torque that the sensor assumes", default=constants.REFERENCE_BRAKE_FLOOR_NM),
+    torque("brake_drag_nm", "drag of the brake without current", default=constants.REFERENCE_BRAKE_DRAG_NM),
+    number("brake_time_constant_s", "s", 0.0, 100.0, "the brake's lag from command to torque", default=constants.REFERENCE_BRAKE_TIME_CONSTANT_S),
     number(
         "spring_stiffness_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
-        "of the shaft between knob and brake", default=constants.REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
+        "stiffness of the shaft between knob and brake", default=constants.REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
     ),
-    whole("counts_per_rev", "u32", 4, 1 << 24, "of the encoder", default=constants.REFERENCE_COUNTS_PER_REV),
+    whole("counts_per_rev", "u32", 4, 1 << 24, "the encoder's counts in a turn", default=constants.REFERENCE_COUNTS_PER_REV),
     whole(
         "counter_bits", "u8", 8, 32, "width at which the encoder's counter wraps", default=32
     ),
     switch("encoder_reversed", e.TOGGLE, "on: it counts down where the angle grows"),
     number(
         "knob_inertia_kg_m2", "kg m^2", 1e-9, 1.0,
-        "of motor and knob; this and the next three bound what a game may ask for", default=constants.REFERENCE_KNOB_INERTIA_KG_M2,
+        "inertia of motor and knob; this and the next three bound a game's effects", default=constants.REFERENCE_KNOB_INERTIA_KG_M2,
     ),
     torque("knob_coulomb_nm", "dry friction of motor and knob", default=constants.REFERENCE_KNOB_COULOMB_NM),
     number(
         "knob_viscous_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,
         "viscous friction of motor and knob", default=constants.REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
     ),
-    number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=MOTOR_LAG_S),
+    number("motor_time_constant_s", "s", 0.0, 1.0, "the motor's lag from command to torque", default=MOTOR_LAG_S),
     number(
         "brake_inertia_kg_m2", "kg m^2", 0.0, 1.0,
-        "of pulleys and brake; 0: not counted. This and the next two are for the law calibrated",
+        "inertia of pulleys and brake; 0: not counted. This and the next two are for the law calibrated",
         default=constants.REFERENCE_BRAKE_INERTIA_KG_M2,
     ),
     torque(
-        "brake_hysteresis_nm", "half the width of the loop of the brake's torque over its command",
+        "brake_hysteresis_nm", "half the width of the brake's hysteresis loop",
         default=0.0,
     ),
     number(
         "brake_release_time_constant_s", "s", 0.0, 100.0,
-        "where the brake lets go; 0: as `brake_time_constant_s`",
+        "the brake's lag while its torque falls; 0: as `brake_time_constant_s`",
     ),
 )  # fmt: skip
 
@@ -76,7 +76,7 @@ CONTROL_CONFIG = _configuration(
     "Set only while disarmed.",
     choice("law", e.LAW, "how the desired torque is shared between motor and brake"),
     number("beta", "", 0.0, 1.0, "the brake's share of the desired torque", default=0.5),
-    number("speed_bandwidth_hz", "Hz", 1.0, 1e4, "of the speed estimate", default=100.0),
+    number("speed_bandwidth_hz", "Hz", 1.0, 1e4, "bandwidth of the speed estimate", default=100.0),
     torque(
         "motor_torque_cap_nm", "the user's limit, below the actuator's", default=MAX_TORQUE_NM
     ),
@@ -87,14 +87,14 @@ CONTROL_CONFIG = _configuration(
         "motor_slew_nm_per_s", "N m/s", 0.0, 1e6,
         "largest rate of the motor's torque; 0 is no limit",
     ),
-    number("speed_limit_rad_s", "rad/s", 0.0, 1e4, "faster is a fault; 0 is no limit"),
-    number("watchdog_s", "s", 0.01, 60.0, "silence of the host that disarms", default=0.25),
+    number("speed_limit_rad_s", "rad/s", 0.0, 1e4, "a faster knob is a fault; 0: no limit"),
+    number("watchdog_s", "s", 0.01, 60.0, "silence of the host after which the knob disarms", default=0.25),
     number(
-        "passive_ramp_s", "s", 0.0, 10.0, "the motor's way to zero when the host is lost",
+        "passive_ramp_s", "s", 0.0, 10.0, "time of the motor's torque to zero when the host is lost",
         default=0.05,
     ),
     torque(
-        "passive_brake_nm", "the brake's torque on that way; 0 releases it", default=0.0
+        "passive_brake_nm", "the brake's torque during the ramp; 0 releases it", default=0.0
     ),
     switch("autonomous", e.TOGGLE, "on: no watchdog, plays on without a host"),
     torque(
@@ -111,9 +111,9 @@ BOARD_CONFIG = _configuration(
     "The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md.",
     "A pin is the number of its GPIO. Set only while disarmed, then save: it takes effect at the next "
     "start. The emulated device uses it where it has Electrics.",
-    number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=constants.REFERENCE_SUPPLY_V),
+    number("supply_v", "V", 3.0, 60.0, "voltage of both H-bridges", default=constants.REFERENCE_SUPPLY_V),
     number(
-        "motor_torque_constant_nm_per_a", "N m/A", 1e-4, 100.0, "at the knob",
+        "motor_torque_constant_nm_per_a", "N m/A", 1e-4, 100.0, "the motor's torque an ampere, at the knob",
         default=constants.REFERENCE_MOTOR_TORQUE_CONSTANT_NM_PER_A,
     ),
     number(
@@ -125,8 +125,8 @@ BOARD_CONFIG = _configuration(
         "continuous current of the winding in air of 25 degrees; more is given for seconds only",
         default=1.0,
     ),
-    number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=constants.REFERENCE_MOTOR_RESISTANCE_OHM),
-    number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=constants.REFERENCE_MOTOR_INDUCTANCE_H),
+    number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "resistance of the winding", default=constants.REFERENCE_MOTOR_RESISTANCE_OHM),
+    number("motor_inductance_h", "H", 1e-6, 1.0, "inductance of the winding", default=constants.REFERENCE_MOTOR_INDUCTANCE_H),
     whole(
         "current_bandwidth_hz", "u16", 1, 0xFFFF,
         "of the current loop; on a pico held at a tenth of the control rate",
@@ -137,14 +137,14 @@ BOARD_CONFIG = _configuration(
         "of the current sensor; its zero is measured while the power is off", default=constants.REFERENCE_CURRENT_SENSE_V_PER_A,
     ),
     number(
-        "brake_torque_constant_nm_per_a", "N m/A", 1e-4, 1e3, "on the pulley",
+        "brake_torque_constant_nm_per_a", "N m/A", 1e-4, 1e3, "the brake's torque an ampere, on its pulley",
         default=constants.REFERENCE_BRAKE_TORQUE_CONSTANT_NM_PER_A,
     ),
-    number("brake_current_max_a", "A", 0.0, 100.0, "of the coil", default=0.3),
-    number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=constants.REFERENCE_BRAKE_RESISTANCE_OHM),
+    number("brake_current_max_a", "A", 0.0, 100.0, "largest current of the coil", default=0.3),
+    number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "resistance of the coil", default=constants.REFERENCE_BRAKE_RESISTANCE_OHM),
     number(
         "brake_inductance_h", "H", 0.0, 1e3,
-        "of the coil. Above 0 the bridge drives the coil both ways, with the actuator's "
+        "inductance of the coil. Above 0 the bridge drives the coil both ways, with the actuator's "
         "brake_time_constant_s. 0: the current follows as the coil lets it", default=0.0,
     ),
     switch(
@@ -163,7 +163,7 @@ BOARD_CONFIG = _configuration(
     ),
     whole(
         "ambient_c", "u8", 0, 100,
-        "of the air around motor and brake, at its warmest", default=constants.REFERENCE_AMBIENT_C, unit="degree C",
+        "highest temperature of the air around motor and brake", default=constants.REFERENCE_AMBIENT_C, unit="degree C",
     ),
     whole(
         "supply_sense_ratio", "u8", 1, 0xFF,
@@ -213,14 +213,14 @@ GAME_CONFIG = _configuration(
     switch("enabled", e.TOGGLE, "off: games see the axis but move nothing", default=True),
     number(
         "range_deg", "degree", 10.0, 36000.0,
-        "from one end of the game's axis to the other, round angle 0", default=900.0,
+        "angle from one end of the game's axis to the other, round angle 0", default=900.0,
     ),
     torque(
         "torque_max_nm",
         "torque at full level, and the limit of all effects together; never more than the motor's",
         default=MAX_TORQUE_NM,
     ),
-    number("gain", "", 0.0, 1.0, "on top of the game's own gains", default=1.0),
+    number("gain", "", 0.0, 1.0, "strength of everything, on top of the game's own gains", default=1.0),
     number(
         "spring_gain", "", 0.0, 1000.0,
         "1: a full spring reaches full torque at the end of the axis", default=20.0,
@@ -239,7 +239,7 @@ GAME_CONFIG = _configuration(
     ),
     number(
         "silence_s", "s", 0.0, 3600.0,
-        "silence of the game that stops forces without end; 0 is never", default=10.0,
+        "silence of the game after which forces without end stop; 0: never", default=10.0,
     ),
     switch(
         "join_updates", e.TOGGLE,
@@ -248,32 +248,32 @@ GAME_CONFIG = _configuration(
     ),
     number(
         "end_stiffness_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
-        "of walls at both ends of the axis, while a game has the actuator; 0: none", default=0.0,
+        "stiffness of walls at both ends of the axis, while a game has the actuator; 0: none", default=0.0,
     ),
     choice(
         "personality", e.PERSONALITY,
-        "what the knob is to the computer; save it: it takes effect at the next start",
+        "the computer's view of the knob; save it: it takes effect at the next start",
     ),
-    choice("dial_use", e.DIAL_USE, "of a dial"),
-    whole("dial_detents", "u8", 1, 240, "of a dial, in a turn", default=24),
+    choice("dial_use", e.DIAL_USE, "use of a dial: wheel, pan or volume"),
+    whole("dial_detents", "u8", 1, 240, "detents of a dial in a turn", default=24),
     torque(
         "dial_torque_nm",
-        "of a dial between two detents, no more than is stable; 0: it turns freely",
+        "torque between two detents of a dial, held down to a stable one; 0: it turns freely",
         default=20e-3,
     ),
-    _own("damper", "of a full damper, always felt while somebody turns the knob, with a game and without"),
-    _own("friction", "of full torque, likewise"),
-    _own("inertia", "of a full inertia, likewise"),
-    _own("spring", "of a full spring to the middle, while no game plays"),
-    _gain("constants", "of games' constant forces and ramps"),
-    _gain("waves", "of games' waves"),
-    _gain("springs", "of games' springs"),
-    _gain("dampers", "of games' dampers"),
-    _gain("inertias", "of games' inertias"),
-    _gain("frictions", "of games' frictions"),
+    _own("damper", "share of a full damper, always felt while somebody turns the knob, with a game and without"),
+    _own("friction", "share of full torque as friction, always felt, with a game and without"),
+    _own("inertia", "share of a full inertia, always felt, with a game and without"),
+    _own("spring", "share of a full spring to the middle, while no game plays"),
+    _gain("constants", "strength of games' constant forces and ramps"),
+    _gain("waves", "strength of games' waves"),
+    _gain("springs", "strength of games' springs"),
+    _gain("dampers", "strength of games' dampers"),
+    _gain("inertias", "strength of games' inertias"),
+    _gain("frictions", "strength of games' frictions"),
     whole(
         "torque_max_percent", "u8", 1, 100,
-        "of the motor's torque, the most that all effects together get; the less of this and `torque_max_nm`",
+        "share of the motor's torque that all effects together get at most; the smaller of this and `torque_max_nm` counts",
         default=100,
     ),
     switch("reversed", e.TOGGLE, "on: axis, games' forces and the dial go the other way", default=False),
@@ -292,7 +292,7 @@ def _knee(number_: int, place: str) -> tuple[Field, Field]:
         number(f"knee_{number_}_rad", "rad", 0.0, 100.0, place),
         number(
             f"knee_{number_}_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
-            "stiffness from there on; more than 0, so that the torque always grows",
+            "stiffness beyond this knee; more than 0, so that the torque always grows",
         ),
     )  # fmt: skip
 
@@ -304,9 +304,9 @@ SHAFT_CONFIG = _configuration(
     "is the actuator's `spring_stiffness_nm_per_rad`. Both directions are alike.",
     "Set only while disarmed.",
     *_knee(1, "twist of the first knee; 0: the spring is one straight line"),
-    *_knee(2, "of the second, beyond the first; 0: there is none"),
-    *_knee(3, "of the third"),
-    *_knee(4, "of the fourth"),
+    *_knee(2, "twist of the second knee, beyond the first; 0: none"),
+    *_knee(3, "twist of the third knee"),
+    *_knee(4, "twist of the fourth knee"),
 )
 
 
@@ -326,16 +326,16 @@ CALIBRATION_CONFIG = _configuration(
     "the device has when it takes this report. When one of them changes, `values_are` reads `assumed`. A "
     "`sigma` is the standard uncertainty of a value; 0: it was not measured.",
     "Set only while disarmed.",
-    choice("values_are", e.BASIS, "on what they are based"),
+    choice("values_are", e.BASIS, "source of the values of actuator and shaft"),
     whole(
         "calibrated_unix_s", "u32", 0, 2**32 - 1,
-        "when they were measured, in seconds since 1970; 0: never",
+        "time of the measurement, in seconds since 1970; 0: never",
     ),
     number(
         "ambient_k", "K", 0.0, 1000.0,
-        "how warm it was, as the user said; 0: not said",
+        "the room's temperature, as the user gave it; 0: not given",
     ),
-    number("calibrated_rate_hz", "Hz", 0.0, 1e6, "of control, when they were measured"),
+    number("calibrated_rate_hz", "Hz", 0.0, 1e6, "control rate of the measurement"),
     _sigma("knob_inertia_kg_m2", "kg m^2"),
     _sigma("knob_coulomb_nm", "N m"),
     _sigma("knob_viscous_nm_s_per_rad", "N m s/rad"),

@@ -170,7 +170,7 @@ typedef enum torsio_disarm_reason {
 } torsio_disarm_reason;
 TORSIO_API const char* torsio_disarm_reason_name(int32_t value);
 
-/// Which count an angle between two gives.
+/// The count of an angle between two counts.
 typedef enum torsio_encoder_rounding {
   TORSIO_ENCODER_ROUNDING_FLOOR = 0,
   TORSIO_ENCODER_ROUNDING_NEAREST = 1,
@@ -477,39 +477,39 @@ TORSIO_API torsio_result torsio_excitation_init(torsio_excitation* structure);
 /// encoder empties the scene.
 typedef struct torsio_actuator_config {
   uint32_t struct_size;  ///< bytes of a torsio_actuator_config
-  /// what the motor can give; 0 to 100; at first 0.085
+  /// largest torque of the motor; 0 to 100; at first 0.085
   double motor_torque_max_nm;
-  /// what the brake can hold; 0 to 100; at first 0.11
+  /// largest torque of the brake; 0 to 100; at first 0.11
   double brake_torque_max_nm;
-  /// floor of the brake's torque in the sensor; 0 to 100; at first 0.0033
+  /// least brake torque that the sensor assumes; 0 to 100; at first 0.0033
   double brake_torque_min_nm;
-  /// what the brake holds with no current; 0 to 100; at first 0.002
+  /// drag of the brake without current; 0 to 100; at first 0.002
   double brake_drag_nm;
-  /// from command to torque; 0 to 100; at first 0.06
+  /// the brake's lag from command to torque; 0 to 100; at first 0.06
   double brake_time_constant_s;
-  /// of the shaft between knob and brake; 0 to 1e6; at first 2.873
+  /// stiffness of the shaft between knob and brake; 0 to 1e6; at first 2.873
   double spring_stiffness_nm_per_rad;
-  /// of the encoder; 4 to 16777216; at first 8192
+  /// the encoder's counts in a turn; 4 to 16777216; at first 8192
   uint32_t counts_per_rev;
   /// width at which the encoder's counter wraps; 8 to 32; at first 32
   int32_t counter_bits;
   /// true: it counts down where the angle grows
   bool encoder_reversed;
-  /// of motor and knob; this and the next three bound what a game may ask for; 1e-9 to 1; at first
+  /// inertia of motor and knob; this and the next three bound a game's effects; 1e-9 to 1; at first
   /// 6e-05
   double knob_inertia_kg_m2;
   /// dry friction of motor and knob; 0 to 100; at first 0.006
   double knob_coulomb_nm;
   /// viscous friction of motor and knob; 0 to 1000; at first 2.6e-05
   double knob_viscous_nm_s_per_rad;
-  /// from command to torque; 0 to 1; at first 4.4e-05
+  /// the motor's lag from command to torque; 0 to 1; at first 4.4e-05
   double motor_time_constant_s;
-  /// of pulleys and brake; 0: not counted. This and the next two are for the law calibrated; 0 to
-  /// 1; at first 4e-05
+  /// inertia of pulleys and brake; 0: not counted. This and the next two are for the law
+  /// calibrated; 0 to 1; at first 4e-05
   double brake_inertia_kg_m2;
-  /// half the width of the loop of the brake's torque over its command; 0 to 100
+  /// half the width of the brake's hysteresis loop; 0 to 100
   double brake_hysteresis_nm;
-  /// where the brake lets go; 0: as `brake_time_constant_s`; 0 to 100
+  /// the brake's lag while its torque falls; 0: as `brake_time_constant_s`; 0 to 100
   double brake_release_time_constant_s;
 } torsio_actuator_config;
 TORSIO_API torsio_result torsio_actuator_config_init(torsio_actuator_config* structure);
@@ -521,7 +521,7 @@ typedef struct torsio_control_config {
   int32_t law;
   /// the brake's share of the desired torque; 0 to 1; at first 0.5
   double beta;
-  /// of the speed estimate; 1 to 1e4; at first 100
+  /// bandwidth of the speed estimate; 1 to 1e4; at first 100
   double speed_bandwidth_hz;
   /// the user's limit, below the actuator's; 0 to 100; at first 100
   double motor_torque_cap_nm;
@@ -529,13 +529,13 @@ typedef struct torsio_control_config {
   double brake_torque_cap_nm;
   /// largest rate of the motor's torque; 0 is no limit; 0 to 1e6
   double motor_slew_nm_per_s;
-  /// faster is a fault; 0 is no limit; 0 to 1e4
+  /// a faster knob is a fault; 0: no limit; 0 to 1e4
   double speed_limit_rad_s;
-  /// silence of the host that disarms; 0.01 to 60; at first 0.25
+  /// silence of the host after which the knob disarms; 0.01 to 60; at first 0.25
   double watchdog_s;
-  /// the motor's way to zero when the host is lost; 0 to 10; at first 0.05
+  /// time of the motor's torque to zero when the host is lost; 0 to 10; at first 0.05
   double passive_ramp_s;
-  /// the brake's torque on that way; 0 releases it; 0 to 100
+  /// the brake's torque during the ramp; 0 releases it; 0 to 100
   double passive_brake_nm;
   /// true: no watchdog, plays on without a host
   bool autonomous;
@@ -550,9 +550,9 @@ TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* struc
 /// start. The emulated device uses it where it has Electrics.
 typedef struct torsio_board_config {
   uint32_t struct_size;  ///< bytes of a torsio_board_config
-  /// of both H-bridges; 3 to 60; at first 12
+  /// voltage of both H-bridges; 3 to 60; at first 12
   double supply_v;
-  /// at the knob; 1e-4 to 100; at first 0.05
+  /// the motor's torque an ampere, at the knob; 1e-4 to 100; at first 0.05
   double motor_torque_constant_nm_per_a;
   /// largest current the firmware asks for; a measured current of 1.5 times as much is a fault; 0
   /// to 100; at first 2
@@ -560,21 +560,21 @@ typedef struct torsio_board_config {
   /// continuous current of the winding in air of 25 degrees; more is given for seconds only; 0 to
   /// 100; at first 1
   double motor_current_continuous_a;
-  /// of the winding; 0.001 to 1000; at first 2.5
+  /// resistance of the winding; 0.001 to 1000; at first 2.5
   double motor_resistance_ohm;
-  /// of the winding; 1e-6 to 1; at first 0.0015
+  /// inductance of the winding; 1e-6 to 1; at first 0.0015
   double motor_inductance_h;
   /// of the current loop; on a pico held at a tenth of the control rate; 1 to 65535; at first 10000
   int32_t current_bandwidth_hz;
   /// of the current sensor; its zero is measured while the power is off; 0.001 to 10; at first 0.2
   double current_sense_v_per_a;
-  /// on the pulley; 1e-4 to 1000; at first 0.44
+  /// the brake's torque an ampere, on its pulley; 1e-4 to 1000; at first 0.44
   double brake_torque_constant_nm_per_a;
-  /// of the coil; 0 to 100; at first 0.3
+  /// largest current of the coil; 0 to 100; at first 0.3
   double brake_current_max_a;
-  /// of the coil; 0.001 to 1e4; at first 40
+  /// resistance of the coil; 0.001 to 1e4; at first 40
   double brake_resistance_ohm;
-  /// of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
+  /// inductance of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
   /// brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000
   double brake_inductance_h;
   /// true: a current into the first motor pin turns the knob to smaller angles
@@ -585,7 +585,7 @@ typedef struct torsio_board_config {
   /// continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is given for
   /// a while only; 0 to 100; at first 100
   int32_t brake_continuous_percent;
-  /// of the air around motor and brake, at its warmest; 0 to 100; at first 25
+  /// highest temperature of the air around motor and brake; 0 to 100; at first 25
   int32_t ambient_c;
   /// of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255; at first 11
   int32_t supply_sense_ratio;
@@ -618,12 +618,12 @@ typedef struct torsio_game_config {
   uint32_t struct_size;  ///< bytes of a torsio_game_config
   /// false: games see the axis but move nothing; at first true
   bool enabled;
-  /// from one end of the game's axis to the other, round angle 0; 10 to 36000; at first 900
+  /// angle from one end of the game's axis to the other, round angle 0; 10 to 36000; at first 900
   double range_deg;
   /// torque at full level, and the limit of all effects together; never more than the motor's; 0 to
   /// 100; at first 100
   double torque_max_nm;
-  /// on top of the game's own gains; 0 to 1; at first 1
+  /// strength of everything, on top of the game's own gains; 0 to 1; at first 1
   double gain;
   /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000; at first 20
   double spring_gain;
@@ -634,45 +634,46 @@ typedef struct torsio_game_config {
   /// in which a change of an effect, its beginning or its end takes full effect; 0 to 0.1; at first
   /// 0.002
   double blend_s;
-  /// silence of the game that stops forces without end; 0 is never; 0 to 3600; at first 10
+  /// silence of the game after which forces without end stop; 0: never; 0 to 3600; at first 10
   double silence_s;
   /// true: updates of a steady force are joined by lines, half a frame of the game late; hits pass;
   /// at first true
   bool join_updates;
-  /// of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
+  /// stiffness of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
   double end_stiffness_nm_per_rad;
-  /// a torsio_personality: what the knob is to the computer; save it: it takes effect at the next
+  /// a torsio_personality: the computer's view of the knob; save it: it takes effect at the next
   /// start; at first game_controller
   int32_t personality;
-  /// a torsio_dial_use: of a dial; at first wheel
+  /// a torsio_dial_use: use of a dial: wheel, pan or volume; at first wheel
   int32_t dial_use;
-  /// of a dial, in a turn; 1 to 240; at first 24
+  /// detents of a dial in a turn; 1 to 240; at first 24
   int32_t dial_detents;
-  /// of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100; at first
-  /// 0.02
+  /// torque between two detents of a dial, held down to a stable one; 0: it turns freely; 0 to 100;
+  /// at first 0.02
   double dial_torque_nm;
-  /// of a full damper, always felt while somebody turns the knob, with a game and without; 0 to 100
+  /// share of a full damper, always felt while somebody turns the knob, with a game and without; 0
+  /// to 100
   int32_t own_damper_percent;
-  /// of full torque, likewise; 0 to 100
+  /// share of full torque as friction, always felt, with a game and without; 0 to 100
   int32_t own_friction_percent;
-  /// of a full inertia, likewise; 0 to 100
+  /// share of a full inertia, always felt, with a game and without; 0 to 100
   int32_t own_inertia_percent;
-  /// of a full spring to the middle, while no game plays; 0 to 100
+  /// share of a full spring to the middle, while no game plays; 0 to 100
   int32_t own_spring_percent;
-  /// of games' constant forces and ramps; 0 to 100; at first 100
+  /// strength of games' constant forces and ramps; 0 to 100; at first 100
   int32_t constants_gain_percent;
-  /// of games' waves; 0 to 100; at first 100
+  /// strength of games' waves; 0 to 100; at first 100
   int32_t waves_gain_percent;
-  /// of games' springs; 0 to 100; at first 100
+  /// strength of games' springs; 0 to 100; at first 100
   int32_t springs_gain_percent;
-  /// of games' dampers; 0 to 100; at first 100
+  /// strength of games' dampers; 0 to 100; at first 100
   int32_t dampers_gain_percent;
-  /// of games' inertias; 0 to 100; at first 100
+  /// strength of games' inertias; 0 to 100; at first 100
   int32_t inertias_gain_percent;
-  /// of games' frictions; 0 to 100; at first 100
+  /// strength of games' frictions; 0 to 100; at first 100
   int32_t frictions_gain_percent;
-  /// of the motor's torque, the most that all effects together get; the less of this and
-  /// `torque_max_nm`; 1 to 100; at first 100
+  /// share of the motor's torque that all effects together get at most; the smaller of this and
+  /// `torque_max_nm` counts; 1 to 100; at first 100
   int32_t torque_max_percent;
   /// true: axis, games' forces and the dial go the other way
   bool reversed;
@@ -693,19 +694,19 @@ typedef struct torsio_shaft_config {
   uint32_t struct_size;  ///< bytes of a torsio_shaft_config
   /// twist of the first knee; 0: the spring is one straight line; 0 to 100
   double knee_1_rad;
-  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  /// stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6
   double knee_1_nm_per_rad;
-  /// of the second, beyond the first; 0: there is none; 0 to 100
+  /// twist of the second knee, beyond the first; 0: none; 0 to 100
   double knee_2_rad;
-  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  /// stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6
   double knee_2_nm_per_rad;
-  /// of the third; 0 to 100
+  /// twist of the third knee; 0 to 100
   double knee_3_rad;
-  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  /// stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6
   double knee_3_nm_per_rad;
-  /// of the fourth; 0 to 100
+  /// twist of the fourth knee; 0 to 100
   double knee_4_rad;
-  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  /// stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6
   double knee_4_nm_per_rad;
 } torsio_shaft_config;
 TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
@@ -716,13 +717,13 @@ TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure
 /// while disarmed.
 typedef struct torsio_calibration_config {
   uint32_t struct_size;  ///< bytes of a torsio_calibration_config
-  /// a torsio_basis: on what they are based; at first assumed
+  /// a torsio_basis: source of the values of actuator and shaft; at first assumed
   int32_t values_are;
-  /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
+  /// time of the measurement, in seconds since 1970; 0: never; 0 to 4294967300
   uint32_t calibrated_unix_s;
-  /// how warm it was, as the user said; 0: not said; 0 to 1000
+  /// the room's temperature, as the user gave it; 0: not given; 0 to 1000
   double ambient_k;
-  /// of control, when they were measured; 0 to 1e6
+  /// control rate of the measurement; 0 to 1e6
   double calibrated_rate_hz;
   /// of `knob_inertia_kg_m2`; 0 to 1e6
   double sigma_knob_inertia_kg_m2;
@@ -982,8 +983,7 @@ typedef struct torsio_emulator_options {
   const torsio_plant_params* plant;
   /// at most 16 ASCII characters; empty: derived from the device's name
   const char* serial;
-  /// configuration at power-up in place of what the device has stored, or of its defaults; NULL:
-  /// without
+  /// configuration at power-up; it replaces the stored one and the defaults; NULL: without
   const torsio_actuator_config* actuator;
   /// the same; NULL: without
   const torsio_control_config* control;
@@ -1122,7 +1122,7 @@ TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
 /// difference of two readings covers everything in between.
 typedef struct torsio_motor_current {
   uint32_t struct_size;  ///< bytes of a torsio_motor_current
-  /// there is a current sensor; else all of this is nothing
+  /// there is a current sensor; without one the other fields are 0
   bool measured;
   /// periods of the current loop since the board started
   double time_s;
@@ -1142,11 +1142,11 @@ typedef struct torsio_motor_current {
   double step_a;
   /// of all measurements, each with its zero
   double current_sum_a;
-  /// of the supply's voltage that answers the newest
+  /// share of the supply's voltage that answers it
   double share;
-  /// that answered the one before
+  /// share before it
   double share_before;
-  /// of all, positive to larger angles
+  /// sum of all shares, positive to larger angles
   double share_sum;
   /// that the board reckons with: what it was configured to when it started
   double torque_constant_nm_per_a;
@@ -1199,9 +1199,9 @@ typedef struct torsio_game_status {
   uint32_t updates;
   /// that exist
   int32_t effects;
-  /// in which effects asked for more than all together get, since power-up
+  /// ticks in which effects asked for more than all together get, since power-up
   uint32_t clipped_ticks;
-  /// the most that effects asked for in the last half second, of what all together get
+  /// the most that effects asked for in the last half second, as a share of their joint limit
   int32_t asked_percent;
 } torsio_game_status;
 TORSIO_API torsio_result torsio_game_status_init(torsio_game_status* structure);
@@ -1336,7 +1336,7 @@ typedef struct torsio_truth_sample {
   double brake_capacity_nm;
   /// after the motor's lag
   double motor_torque_nm;
-  /// of whoever holds the knob
+  /// of the hand on the knob
   double hand_torque_nm;
 } torsio_truth_sample;
 

@@ -1,5 +1,5 @@
 /// @file
-/// The structures of C as those of C++, and back.
+/// Converts C's structures to C++'s and back.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ and emulator/definition/ by `./dev
 /// generate`; change those instead.

@@ -21,7 +21,7 @@ struct EmulatorOptions {
   PlantParams plant{};              ///< what it is made of
   Hand hand = NoHand{};             ///< who holds it
   std::string serial{};  ///< at most 16 ASCII characters; empty: derived from the device's name
-  /// configuration at power-up in place of what the device has stored, or of its defaults
+  /// configuration at power-up; it replaces the stored one and the defaults
   std::optional<ActuatorConfig> actuator{};
   std::optional<ControlConfig> control{};  ///< the same
   std::optional<BoardConfig> board{};      ///< the same; a plant with electrics has use for it

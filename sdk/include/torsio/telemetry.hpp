@@ -171,7 +171,7 @@ struct Energies {
 /// Sums of the motor's current readings and of its bridge's shares since the board started. The
 /// difference of two readings covers everything in between.
 struct MotorCurrent {
-  bool measured = false;       ///< there is a current sensor; else all of this is nothing
+  bool measured = false;       ///< there is a current sensor; without one the other fields are 0
   double time_s = 0.0;         ///< periods of the current loop since the board started
   double angle_rad = 0.0;      ///< at the newest tick
   double period_s = 0.0;       ///< of the current loop
@@ -181,9 +181,9 @@ struct MotorCurrent {
   double zero_a = 0.0;         ///< what is measured without current
   double step_a = 0.0;         ///< of the converter
   double current_sum_a = 0.0;  ///< of all measurements, each with its zero
-  double share = 0.0;          ///< of the supply's voltage that answers the newest
-  double share_before = 0.0;   ///< that answered the one before
-  double share_sum = 0.0;      ///< of all, positive to larger angles
+  double share = 0.0;          ///< share of the supply's voltage that answers it
+  double share_before = 0.0;   ///< share before it
+  double share_sum = 0.0;      ///< sum of all shares, positive to larger angles
   /// that the board reckons with: what it was configured to when it started
   double torque_constant_nm_per_a = 0.0;
 
@@ -220,9 +220,9 @@ struct GameStatus {
   double torque_nm = 0.0;     ///< of all effects together
   std::uint32_t updates = 0;  ///< reports that games sent since power-up
   int effects = 0;            ///< that exist
-  /// in which effects asked for more than all together get, since power-up
+  /// ticks in which effects asked for more than all together get, since power-up
   std::uint32_t clipped_ticks = 0;
-  /// the most that effects asked for in the last half second, of what all together get
+  /// the most that effects asked for in the last half second, as a share of their joint limit
   int asked_percent = 0;
 };
 

@@ -57,38 +57,38 @@ class ActuatorConfig(checks.ByName):
     Attributes
     ----------
     motor_torque_max_nm
-        What the motor can give; 0 to 100.
+        Largest torque of the motor; 0 to 100.
     brake_torque_max_nm
-        What the brake can hold; 0 to 100.
+        Largest torque of the brake; 0 to 100.
     brake_torque_min_nm
-        Floor of the brake's torque in the sensor; 0 to 100.
+        Least brake torque that the sensor assumes; 0 to 100.
     brake_drag_nm
-        What the brake holds with no current; 0 to 100.
+        Drag of the brake without current; 0 to 100.
     brake_time_constant_s
-        From command to torque; 0 to 100.
+        The brake's lag from command to torque; 0 to 100.
     spring_stiffness_nm_per_rad
-        Of the shaft between knob and brake; 0 to 1e6.
+        Stiffness of the shaft between knob and brake; 0 to 1e6.
     counts_per_rev
-        Of the encoder; 4 to 16777216.
+        The encoder's counts in a turn; 4 to 16777216.
     counter_bits
         Width at which the encoder's counter wraps; 8 to 32.
     encoder_reversed
         True: it counts down where the angle grows.
     knob_inertia_kg_m2
-        Of motor and knob; this and the next three bound what a game may ask for; 1e-9 to 1.
+        Inertia of motor and knob; this and the next three bound a game's effects; 1e-9 to 1.
     knob_coulomb_nm
         Dry friction of motor and knob; 0 to 100.
     knob_viscous_nm_s_per_rad
         Viscous friction of motor and knob; 0 to 1000.
     motor_time_constant_s
-        From command to torque; 0 to 1.
+        The motor's lag from command to torque; 0 to 1.
     brake_inertia_kg_m2
-        Of pulleys and brake; 0: not counted. This and the next two are for the law calibrated; 0 to
-        1.
+        Inertia of pulleys and brake; 0: not counted. This and the next two are for the law
+        calibrated; 0 to 1.
     brake_hysteresis_nm
-        Half the width of the loop of the brake's torque over its command; 0 to 100.
+        Half the width of the brake's hysteresis loop; 0 to 100.
     brake_release_time_constant_s
-        Where the brake lets go; 0: as `brake_time_constant_s`; 0 to 100.
+        The brake's lag while its torque falls; 0: as `brake_time_constant_s`; 0 to 100.
     """
 
     _: KW_ONLY
@@ -123,7 +123,7 @@ class ControlConfig(checks.ByName):
     beta
         The brake's share of the desired torque; 0 to 1.
     speed_bandwidth_hz
-        Of the speed estimate; 1 to 1e4.
+        Bandwidth of the speed estimate; 1 to 1e4.
     motor_torque_cap_nm
         The user's limit, below the actuator's; 0 to 100.
     brake_torque_cap_nm
@@ -131,13 +131,13 @@ class ControlConfig(checks.ByName):
     motor_slew_nm_per_s
         Largest rate of the motor's torque; 0 is no limit; 0 to 1e6.
     speed_limit_rad_s
-        Faster is a fault; 0 is no limit; 0 to 1e4.
+        A faster knob is a fault; 0: no limit; 0 to 1e4.
     watchdog_s
-        Silence of the host that disarms; 0.01 to 60.
+        Silence of the host after which the knob disarms; 0.01 to 60.
     passive_ramp_s
-        The motor's way to zero when the host is lost; 0 to 10.
+        Time of the motor's torque to zero when the host is lost; 0 to 10.
     passive_brake_nm
-        The brake's torque on that way; 0 releases it; 0 to 100.
+        The brake's torque during the ramp; 0 releases it; 0 to 100.
     autonomous
         True: no watchdog, plays on without a host.
     free_assist_nm
@@ -170,9 +170,9 @@ class BoardConfig(checks.ByName):
     Attributes
     ----------
     supply_v
-        Of both H-bridges; 3 to 60.
+        Voltage of both H-bridges; 3 to 60.
     motor_torque_constant_nm_per_a
-        At the knob; 1e-4 to 100.
+        The motor's torque an ampere, at the knob; 1e-4 to 100.
     motor_current_max_a
         Largest current the firmware asks for; a measured current of 1.5 times as much is a fault; 0
         to 100.
@@ -180,21 +180,21 @@ class BoardConfig(checks.ByName):
         Continuous current of the winding in air of 25 degrees; more is given for seconds only; 0 to
         100.
     motor_resistance_ohm
-        Of the winding; 0.001 to 1000.
+        Resistance of the winding; 0.001 to 1000.
     motor_inductance_h
-        Of the winding; 1e-6 to 1.
+        Inductance of the winding; 1e-6 to 1.
     current_bandwidth_hz
         Of the current loop; on a pico held at a tenth of the control rate; 1 to 65535.
     current_sense_v_per_a
         Of the current sensor; its zero is measured while the power is off; 0.001 to 10.
     brake_torque_constant_nm_per_a
-        On the pulley; 1e-4 to 1000.
+        The brake's torque an ampere, on its pulley; 1e-4 to 1000.
     brake_current_max_a
-        Of the coil; 0 to 100.
+        Largest current of the coil; 0 to 100.
     brake_resistance_ohm
-        Of the coil; 0.001 to 1e4.
+        Resistance of the coil; 0.001 to 1e4.
     brake_inductance_h
-        Of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
+        Inductance of the coil. Above 0 the bridge drives the coil both ways, with the actuator's
         brake_time_constant_s. 0: the current follows as the coil lets it; 0 to 1000.
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
@@ -205,7 +205,7 @@ class BoardConfig(checks.ByName):
         Continuous current of the coil in air of 25 degrees, of brake_current_max_a; more is given
         for a while only; 0 to 100.
     ambient_c
-        Of the air around motor and brake, at its warmest; 0 to 100.
+        Highest temperature of the air around motor and brake; 0 to 100.
     supply_sense_ratio
         Of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255.
     encoder_pin
@@ -270,12 +270,12 @@ class GameConfig(checks.ByName):
     enabled
         False: games see the axis but move nothing.
     range_deg
-        From one end of the game's axis to the other, round angle 0; 10 to 36000.
+        Angle from one end of the game's axis to the other, round angle 0; 10 to 36000.
     torque_max_nm
         Torque at full level, and the limit of all effects together; never more than the motor's; 0
         to 100.
     gain
-        On top of the game's own gains; 0 to 1.
+        Strength of everything, on top of the game's own gains; 0 to 1.
     spring_gain
         1: a full spring reaches full torque at the end of the axis; 0 to 1000.
     speed_full_rad_s
@@ -285,44 +285,46 @@ class GameConfig(checks.ByName):
     blend_s
         In which a change of an effect, its beginning or its end takes full effect; 0 to 0.1.
     silence_s
-        Silence of the game that stops forces without end; 0 is never; 0 to 3600.
+        Silence of the game after which forces without end stop; 0: never; 0 to 3600.
     join_updates
         True: updates of a steady force are joined by lines, half a frame of the game late; hits
         pass.
     end_stiffness_nm_per_rad
-        Of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6.
+        Stiffness of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to
+        1e6.
     personality
-        What the knob is to the computer; save it: it takes effect at the next start.
+        The computer's view of the knob; save it: it takes effect at the next start.
     dial_use
-        Of a dial.
+        Use of a dial: wheel, pan or volume.
     dial_detents
-        Of a dial, in a turn; 1 to 240.
+        Detents of a dial in a turn; 1 to 240.
     dial_torque_nm
-        Of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100.
-    own_damper_percent
-        Of a full damper, always felt while somebody turns the knob, with a game and without; 0 to
+        Torque between two detents of a dial, held down to a stable one; 0: it turns freely; 0 to
         100.
+    own_damper_percent
+        Share of a full damper, always felt while somebody turns the knob, with a game and without;
+        0 to 100.
     own_friction_percent
-        Of full torque, likewise; 0 to 100.
+        Share of full torque as friction, always felt, with a game and without; 0 to 100.
     own_inertia_percent
-        Of a full inertia, likewise; 0 to 100.
+        Share of a full inertia, always felt, with a game and without; 0 to 100.
     own_spring_percent
-        Of a full spring to the middle, while no game plays; 0 to 100.
+        Share of a full spring to the middle, while no game plays; 0 to 100.
     constants_gain_percent
-        Of games' constant forces and ramps; 0 to 100.
+        Strength of games' constant forces and ramps; 0 to 100.
     waves_gain_percent
-        Of games' waves; 0 to 100.
+        Strength of games' waves; 0 to 100.
     springs_gain_percent
-        Of games' springs; 0 to 100.
+        Strength of games' springs; 0 to 100.
     dampers_gain_percent
-        Of games' dampers; 0 to 100.
+        Strength of games' dampers; 0 to 100.
     inertias_gain_percent
-        Of games' inertias; 0 to 100.
+        Strength of games' inertias; 0 to 100.
     frictions_gain_percent
-        Of games' frictions; 0 to 100.
+        Strength of games' frictions; 0 to 100.
     torque_max_percent
-        Of the motor's torque, the most that all effects together get; the less of this and
-        `torque_max_nm`; 1 to 100.
+        Share of the motor's torque that all effects together get at most; the smaller of this and
+        `torque_max_nm` counts; 1 to 100.
     reversed
         True: axis, games' forces and the dial go the other way.
     dial_coarse
@@ -381,19 +383,19 @@ class ShaftConfig(checks.ByName):
     knee_1_rad
         Twist of the first knee; 0: the spring is one straight line; 0 to 100.
     knee_1_nm_per_rad
-        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+        Stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6.
     knee_2_rad
-        Of the second, beyond the first; 0: there is none; 0 to 100.
+        Twist of the second knee, beyond the first; 0: none; 0 to 100.
     knee_2_nm_per_rad
-        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+        Stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6.
     knee_3_rad
-        Of the third; 0 to 100.
+        Twist of the third knee; 0 to 100.
     knee_3_nm_per_rad
-        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+        Stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6.
     knee_4_rad
-        Of the fourth; 0 to 100.
+        Twist of the fourth knee; 0 to 100.
     knee_4_nm_per_rad
-        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+        Stiffness beyond this knee; more than 0, so that the torque always grows; 0 to 1e6.
     """
 
     _: KW_ONLY
@@ -420,13 +422,13 @@ class CalibrationConfig(checks.ByName):
     Attributes
     ----------
     values_are
-        On what they are based.
+        Source of the values of actuator and shaft.
     calibrated_unix_s
-        When they were measured, in seconds since 1970; 0: never; 0 to 4294967300.
+        Time of the measurement, in seconds since 1970; 0: never; 0 to 4294967300.
     ambient_k
-        How warm it was, as the user said; 0: not said; 0 to 1000.
+        The room's temperature, as the user gave it; 0: not given; 0 to 1000.
     calibrated_rate_hz
-        Of control, when they were measured; 0 to 1e6.
+        Control rate of the measurement; 0 to 1e6.
     sigma_knob_inertia_kg_m2
         Of `knob_inertia_kg_m2`; 0 to 1e6.
     sigma_knob_coulomb_nm

@@ -48,7 +48,7 @@ class EmulatorOptions(checks.ByName):
     serial
         At most 16 ASCII characters; empty: derived from the device's name.
     actuator
-        Configuration at power-up in place of what the device has stored, or of its defaults.
+        Configuration at power-up; it replaces the stored one and the defaults.
     control
         The same.
     board

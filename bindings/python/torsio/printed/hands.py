@@ -117,7 +117,7 @@ class PrescribedMotion(Hand):
 
 @dataclass(frozen=True)
 class FeedbackHand(Hand):
-    """A hand whose torque is a function of what the knob does.
+    """A hand whose torque is a function of the knob's motion.
 
     Such as a controller or a person's model.
 

@@ -224,7 +224,7 @@ class MotorCurrent:
     Attributes
     ----------
     measured
-        There is a current sensor; else all of this is nothing.
+        There is a current sensor; without one the other fields are 0.
     time_s
         Periods of the current loop since the board started.
     angle_rad
@@ -244,11 +244,11 @@ class MotorCurrent:
     current_sum_a
         Of all measurements, each with its zero.
     share
-        Of the supply's voltage that answers the newest.
+        Share of the supply's voltage that answers it.
     share_before
-        That answered the one before.
+        Share before it.
     share_sum
-        Of all, positive to larger angles.
+        Sum of all shares, positive to larger angles.
     torque_constant_nm_per_a
         That the board reckons with: what it was configured to when it started.
     """
@@ -334,9 +334,9 @@ class GameStatus:
     effects
         That exist.
     clipped_ticks
-        In which effects asked for more than all together get, since power-up.
+        Ticks in which effects asked for more than all together get, since power-up.
     asked_percent
-        The most that effects asked for in the last half second, of what all together get.
+        The most that effects asked for in the last half second, as a share of their joint limit.
     """
 
     time_s: float
