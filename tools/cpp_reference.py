@@ -63,7 +63,7 @@ def read_headers(folder: Path) -> Path:
     Raises
     ------
     RuntimeError
-        If it complains; says of what.
+        If it complains; with its complaint.
     """
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "Doxyfile"

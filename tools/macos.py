@@ -1,8 +1,8 @@
 """Compiles the device's code, emulated device, C++ library, its C interface and Python's for macOS.
 
 ``python -m tools.macos [ARCHITECTURE]...`` makes static libraries with Zig's compiler, by default
-for both kinds of processor, and the objects of both interfaces. What links to Apple's IOKit, hidapi
-and so every program, is left out, and nothing was ever run on a Mac.
+for both kinds of processor, and the objects of both interfaces. Parts that link to Apple's
+IOKit are left out: hidapi and so every program. Nothing was ever run on a Mac.
 """
 
 from __future__ import annotations

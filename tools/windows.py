@@ -1,7 +1,7 @@
 """Builds library, emulated device, C interface and tests for Windows, and runs them under Wine.
 
 ``python -m tools.windows [LAYER]...`` runs the C++ tests of these layers, by default all;
-``python -m tools.windows python [ARGS]`` those of the Python package, and hands ARGS to pytest.
+``python -m tools.windows python [ARGS]`` the Python package's, and hands ARGS to pytest.
 What cannot be shown so is said in docs/results.md: no knob has been plugged into a Windows.
 """
 
@@ -32,7 +32,7 @@ def run(*command: str | Path, show: bool = False) -> str:
     Raises
     ------
     RuntimeError
-        If it fails, with the end of what it printed.
+        If it fails, with the end of its output.
     """
     result = finish(*command, **WINE)
     if show:

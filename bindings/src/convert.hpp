@@ -50,7 +50,7 @@ HandFunction hand_function_from_python(const pybind11::object& source);
 bool is_in_hand();
 
 /// @param source a hand of the package, or None
-/// @throws InvalidArgument or TypeError that names the class and the attribute; likewise below
+/// @throws InvalidArgument or TypeError that names the class and the attribute, as all below
 Hand hand_from_python(const pybind11::handle& source);
 
 template <Listed T>

@@ -1,6 +1,6 @@
 /// @file
-/// Hands that hold the knob, with the times of their paths in the plant's nanoseconds. Their ranges
-/// are those of torsio/plant_fields.hpp.
+/// Hands that hold the knob, with the times of their paths in the plant's nanoseconds.
+/// torsio/plant_fields.hpp has their ranges.
 #pragma once
 
 #include <cstdint>
@@ -40,8 +40,8 @@ struct PrescribedMotion {
   Profile angle_rad;  ///< continuous; nowhere faster than kMostSpeedRadS
 };
 
-/// A hand whose torque is a function of what the knob does, asked once a period and held until
-/// then.
+/// A hand whose torque is a function of the knob's motion, asked once a period and held until the
+/// next.
 struct FeedbackHand {
   HandFunction torque_nm;              ///< of the time since start_ns, angle and speed
   std::int64_t period_ns = 1'000'000;  ///< > 0

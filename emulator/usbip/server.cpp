@@ -142,7 +142,7 @@ void Server::receive(Connection& connection) {
   }
 }
 
-/// Sends what there is to send, and notes what has changed.
+/// Sends waiting answers, and notes changes.
 void Server::settle(Connection& connection) {
   if (connection.session.attached() && !connection.was_attached) {
     connection.was_attached = true;

@@ -90,9 +90,9 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return is_finite(shares.motor_command_nm) ? shares : Shares{};
 }
 
-/// The spring's torque, of one who knows the brake, and what the motor may take up of it. Inlined,
-/// as the next: a call would cost every tick its registers.
-/// @returns the latter
+/// Senses the spring's torque with a known brake. Inlined like the next function: a call would cost
+/// every tick its registers.
+/// @returns the part of the torque that the motor may take up
 [[gnu::always_inline]] inline float sense_known_brake(ControllerState& state,
                                                       const ControllerParams& params,
                                                       float delta_rad, bool bent) {

@@ -40,8 +40,8 @@ struct SceneState {
   std::array<std::uint64_t, kMaxEffects> start_tick{};
   std::array<float, kMaxEffects> twist_rad{};  // of a friction's spring
   std::array<ImpactState, kMaxEffects> impact{};
-  std::uint64_t impacts_tick = 0;  // the last in which they had a say
-  float knock_nm = 0;              // that all of them together gave then, of what they asked
+  std::uint64_t impacts_tick = 0;  // the last tick with an active impact
+  float knock_nm = 0;              // torque that all of them together gave then
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.

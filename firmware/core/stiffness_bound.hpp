@@ -44,7 +44,7 @@ struct BoundState {
   float slope_nm_per_count = 0;    // `share` of that in `params`
   std::int32_t way = 1;            // 1 or -1, of the swing that goes on
   std::int32_t gone_counts = 0;    // along it by now
-  std::int32_t swing_counts = 0;   // how far it went, 0 to 2 more than that
+  std::int32_t swing_counts = 0;   // its length, 0 to 2 more than `gone_counts`
   std::int32_t widest_counts = 0;  // of the swings before that did not get smaller
   std::uint32_t swings = 0;        // in a row that did not get smaller
   std::uint32_t turned_tick = 0;
@@ -52,14 +52,14 @@ struct BoundState {
   std::uint32_t flicker_tick = 0;   // of the last change
   std::uint32_t flicker_begin = 0;  // tick of the first
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
-  float share = 1;                  // of the bound to begin with that is left
-  float trust = 1;        // of what the spring is taken to give that the motor may take up
-  bool on_line = false;   // `line_nm` is followed, and not only what is asked
-  bool bounded = false;   // less is given than the scene asks
-  bool new_scene = true;  // the next change is none of the knob's motion
-  float asked_nm = 0;     // at the last tick: while `on_line`
-  float line_nm = 0;      // the torque of the spring that bounds, which may be beyond what is asked
-  float in_time_nm = 0;   // what of it is none of the knob's motion
+  float share = 1;                  // of the first bound that is left
+  float trust = 1;                  // share of the assumed spring torque that the motor may take up
+  bool on_line = false;             // `line_nm` is followed too, beside the asked torque
+  bool bounded = false;             // less is given than the scene asks
+  bool new_scene = true;            // the next change is none of the knob's motion
+  float asked_nm = 0;               // at the last tick: while `on_line`
+  float line_nm = 0;     // the torque of the spring that bounds, which may be beyond what is asked
+  float in_time_nm = 0;  // its part that does not come from the knob's motion
 };
 
 /// Compares with nothing.
@@ -175,11 +175,11 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   return given_nm;
 }
 
-/// One tick, after the swing has been followed: holds the change of what is asked against a spring
-/// as stiff as the bound.
+/// One tick, after the swing has been followed: compares the change of the asked torque with a
+/// spring as stiff as the bound.
 /// @param asked_nm  the scene's torque
 /// @param timed_nm  how much of its change comes from time, not from the knob's motion
-/// @returns what may be given of it: of the same sign, and not more
+/// @returns the torque that may be given: of the same sign, and not more
 constexpr float bound_stiffness(BoundState& state, float asked_nm, float timed_nm,
                                 std::int32_t delta_counts) {
   const float moved_counts = static_cast<float>(delta_counts);

@@ -138,7 +138,7 @@ class PowerLogic {
   float coil_share_per_a_;
   bool coil_is_driven_;
   core::CoilParams coil_params_;
-  HandedOver next_follow_decay_;  // of the former
+  HandedOver next_follow_decay_;  // of `coil_params_`
   core::CoilState coil_;
   float coil_a_per_nm_;
   float coil_max_a_;

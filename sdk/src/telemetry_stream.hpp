@@ -39,7 +39,7 @@ class TelemetryStream {
   const std::int64_t command_timeout_ns_;
   std::atomic<std::uint32_t> period_ns_{1'000'000};
 
-  std::mutex mutex_;     // guards the next, and the order of what is sent
+  std::mutex mutex_;     // guards `wanted_`, and the order of the sent reports
   bool wanted_ = false;  // by the user, not only by recordings
   int recordings_ = 0;
   std::atomic<unsigned> decimation_{0};  // 0: off

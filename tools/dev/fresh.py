@@ -5,7 +5,7 @@ begins with a new copy of it. The commands run there as an ordinary user with su
 path has a blank and a letter that is not ASCII, in a home closed to others: whatever a user's
 machine may have is met here at once.
 
-What is mounted for the system is mounted in a name space of its own and goes with its last process,
+Mounts of the system are in a name space of their own and go with its last process,
 however that ends.
 """
 

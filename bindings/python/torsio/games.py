@@ -27,10 +27,10 @@ class GameReading:
     effect_updates_per_s
         The same for each effect.
     clipped_share
-        Of the time since the reading before, in which effects asked for more than all together
-        get; 0 to 1.
+        Share of the time since the last reading in which effects asked for more than their joint
+        limit; 0 to 1.
     asked_most_percent
-        The most that they asked for since the monitor's first reading, of what all together get.
+        The most that they asked for since the monitor's first reading, in % of their joint limit.
     """
 
     status: GameStatus

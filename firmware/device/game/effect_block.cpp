@@ -51,8 +51,8 @@ std::uint32_t phase_per_tick(std::uint16_t period_ms, std::uint32_t period_ns) {
   return static_cast<std::uint32_t>(((std::uint64_t{period_ns} << 32) + wave_ns / 2) / wave_ns);
 }
 
-/// Linux 7.2 and 7.3 take the negative saturation for a signed number. Of 0 to 0xFFFF what is above
-/// the half comes folded down, so that full comes as 0: a spring that pushes to one side only. A
+/// Linux 7.2 and 7.3 take the negative saturation for a signed number. Values in the upper half of
+/// 0 to 0xFFFF come folded down, so that full comes as 0: a spring that pushes to one side only. A
 /// value that is exactly the fold of the positive saturation means the same.
 std::uint16_t negative_saturation(const Block& block) {
   const std::uint16_t positive = block.condition.positive_saturation;

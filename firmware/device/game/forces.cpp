@@ -352,8 +352,8 @@ void Forces::share_out() {
       share(sum[at(Metric::slip)] * slip_limit_nm * slip_limit_nm, params_.most.bristle);
 }
 
-/// The walls at the ends of the axis, and the player's own feel. They are there whatever the game
-/// plays, and are no part of what its gains and its pauses scale.
+/// The walls at the ends of the axis, and the player's own feel. They act in every game.
+/// Its gains and pauses do not scale them.
 float Forces::own_nm(const core::Motion& motion, float period_s) {
   const float inside = core::clamp_symmetric(motion_angle_, params_.end_rad);
   float nm = core::clamp_symmetric(params_.end_stiffness * (inside - motion_angle_),

@@ -130,7 +130,7 @@ class PidEngine {
   std::array<std::uint32_t, 2> playing_sent_{};
 };
 
-// Here, and with calls only for what there is to do: nearly all rounds find nothing.
+// Inline, with calls only when there is work: nearly all rounds find none.
 inline Wish PidEngine::service(const Moment& now) {
   const bool origin_moved = now.zeroings != now_.zeroings;
   now_ = now;

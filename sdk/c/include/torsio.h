@@ -139,7 +139,7 @@ TORSIO_API torsio_result torsio_knob_game_effects(torsio_knob* knob, torsio_game
 TORSIO_API torsio_result torsio_knob_arm(torsio_knob* knob);
 TORSIO_API torsio_result torsio_knob_disarm(torsio_knob* knob);  ///< torque off; the scene stays
 TORSIO_API torsio_result torsio_knob_stop(torsio_knob* knob);    ///< torque off, the scene emptied
-/// This position becomes angle 0. TORSIO_REFUSED unless disarmed, as the next two.
+/// This position becomes angle 0. TORSIO_REFUSED unless disarmed, as for the next two functions.
 TORSIO_API torsio_result torsio_knob_zero(torsio_knob* knob);
 TORSIO_API torsio_result torsio_knob_relax(torsio_knob* knob);        ///< the shaft is relaxed now
 TORSIO_API torsio_result torsio_knob_clear_fault(torsio_knob* knob);  ///< once its cause is gone

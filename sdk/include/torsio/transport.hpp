@@ -45,7 +45,7 @@ class TORSIO_EXPORT ReportTap {
 /// any time, also while another thread is in `read`.
 ///
 /// A member that finds the device gone throws Disconnected. Anything else derived from
-/// std::exception that comes out of `read` counts as that too: its text is what the user is told.
+/// std::exception that comes out of `read` counts as Disconnected too, with its text.
 class TORSIO_EXPORT Transport {
  public:
   Transport() = default;

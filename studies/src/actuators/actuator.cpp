@@ -191,7 +191,7 @@ void LawOf::notice_direction(std::int64_t counts) {
   extreme_counts_ = counts;
 }
 
-/// What the brake can hold now, after the last command was held for a period.
+/// The brake's capacity now, after the last command was held for a period.
 double LawOf::model_brake(double command_nm) {
   const double now =
       core::model_brake(brake_state_, brake_params_, static_cast<float>(held_brake_nm_));

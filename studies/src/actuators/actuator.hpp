@@ -37,7 +37,7 @@ inline constexpr int kKinds = 13;
 /// @throws std::invalid_argument that lists the names
 [[nodiscard]] Kind kind_from_name(std::string_view name);
 
-/// What all actuators are built from, so that the comparison is one of arrangements and laws.
+/// The parts of all actuators, so that the comparison is one of arrangements and laws.
 /// Motor, brake, stiff spring and encoder are those of the default plant; its shaft A is here split
 /// into the knob on its bearing, a third of its inertia and a sixth of its friction, and the
 /// motor's rotor.
@@ -72,14 +72,14 @@ struct Parts {
 
 [[nodiscard]] MachineParams machine_params(Kind kind, const Parts& parts);
 
-/// What the actuator is to render, from the knob's encoder.
+/// The torque to render, from the knob's encoder.
 struct Environment {
   double stiffness_nm_per_rad = 0.0;  ///< 0: free space
   double angle_rad = 0.0;             ///< surface of the wall, or centre of the spring
   bool both_ways = false;             ///< a spring; otherwise a wall towards positive angles
 };
 
-/// What a law may look at in one tick. Angles are encoders' counts; only (c) and (e) have an
+/// A law's inputs in one tick. Angles are encoders' counts; only (c) and (e) have an
 /// encoder on the far shaft and only (b) has the torque sensor.
 struct Senses {
   std::int64_t knob_counts = 0;

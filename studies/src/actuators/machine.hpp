@@ -10,7 +10,7 @@
 
 namespace torsio::studies::actuators {
 
-/// What turns as one body.
+/// Parts that turn as one body.
 struct Shaft {
   double inertia_kg_m2 = 0.0;         ///< > 0
   double viscous_nm_s_per_rad = 0.0;  ///< >= 0

@@ -105,7 +105,7 @@ class Knob:
         """False once closed."""
         return self._knob.is_open
 
-    # What it is -----------------------------------------------------------------------------
+    # State -----------------------------------------------------------------------------
 
     @property
     def info(self) -> DeviceInfo:
@@ -185,7 +185,7 @@ class Knob:
         """
         return tuple(GameEffect(**effect) for effect in self._knob.game_effects())
 
-    # What it does ---------------------------------------------------------------------------
+    # Actions ---------------------------------------------------------------------------
 
     def arm(self) -> None:
         """Torque on. Raises `Refused` while a fault is latched.

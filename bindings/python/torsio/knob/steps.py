@@ -20,7 +20,7 @@ class Step:
     time_s
         When it was due, since the loop began.
     late_steps
-        So many were left out until now, because they were overdue.
+        Steps left out so far, because they were overdue.
     """
 
     index: int

@@ -15,8 +15,8 @@ class Transport(ABC):
     by one thread at a time. Any thread may call the others at any time, also while another thread
     is in `read`.
 
-    A method that finds the device gone raises `Disconnected`. Anything else that comes out of
-    `read` counts as that too: its text is what the user is told.
+    A method that finds the device gone raises `Disconnected`. Any other exception of `read` counts
+    as `Disconnected` too, with its text.
     """
 
     time_is_virtual: bool = False

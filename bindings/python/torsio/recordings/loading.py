@@ -45,18 +45,18 @@ class Recorded:
         ``device_time_s``, which is the telemetry's ``time_s``, and ``host_time_ns``, when it was
         written by the host's clock.
     device_events
-        What the device told of itself: changes of state, faults, silence; with the same two times.
+        The device's own events: changes of state, faults, silence; with the same two times.
     reports
-        That were sent, and acknowledgements and events that came, in order: the tick of the newest
-        thing known then, whether it was sent, and the bytes. First come those of the scene that
-        played already, if the same program had played it.
+        Sent reports, acknowledgements and events, in order: the newest tick known then, whether it
+        was sent, and the bytes. First comes the scene that played already, if the same program
+        played it.
     inputs
-        What entered the device from its power-up on, or from the end of an earlier recording, if it
+        Inputs of the device from its power-up on, or from the end of an earlier recording, if it
         was an emulated one that was opened with ``EmulatorOptions(log_inputs=True)``.
     samples_lost
-        That never arrived.
+        Samples that never arrived.
     metadata
-        Who the knob was, its configuration, the versions.
+        The knob's identity, its configuration, the versions.
     energies
         Where the energy went, up to eight times a second as the program read, and at the end; empty
         while another law than ``"calibrated"`` was chosen.
