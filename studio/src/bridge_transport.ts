@@ -109,7 +109,7 @@ export class BridgeTransport implements Transport, World {
   async getFeature(id: number): Promise<Uint8Array | undefined> {
     const answer = await this.#ask(GET, Uint8Array.of(id));
     if (answer[0] === STALLED) return undefined;
-    if (answer[0] !== GOT) throw new Error("the bridge answered something else");
+    if (answer[0] !== GOT) throw new Error("torsio studio gave another answer than the one asked for; load the page again");
     return answer.slice(1);
   }
 

@@ -51,7 +51,7 @@ export class Games {
       `${String(monitor.updates)} reports`,
       `${String(monitor.effects)} effects`,
       ...(Number(monitor.asked_percent) > 100
-        ? [`they ask for ${String(monitor.asked_percent)} % of what they get together: gain × ${(100 / Number(monitor.asked_percent)).toFixed(2)} fits them in`] : []),
+        ? [`together they ask for ${String(monitor.asked_percent)} % of their limit: gain × ${(100 / Number(monitor.asked_percent)).toFixed(2)} fits them in`] : []),
     ];
     byId("games-state").textContent = words.join(", ");
     const cells = (values: readonly string[]): Node[] => values.map((value) => element("td", {}, value));

@@ -182,7 +182,9 @@ def calibrate_command(
     ] = None,
     supply_v: Annotated[
         float | None,
-        typer.Option("--supply", metavar="VOLTS", help="The motor's supply, as a meter shows it."),
+        typer.Option(
+            "--supply", metavar="VOLTS", help="Voltage of the motor's supply, from a meter."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
