@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tools import prose
+
 TREE = Path(__file__).parent.parent
 COMMANDS = (
     *("setup", "build", "test", "check", "demo", "game", "studio", "bench", "firmware", "udev"),
@@ -133,3 +135,7 @@ def test_imports_stand_at_the_top_but_for_optional_packages_and_slow_starts() ->
         for module in _imported_in_functions(file)
     }
     assert found == LATE
+
+
+def test_docstrings_name_their_subject_first() -> None:
+    assert prose.docstrings() == []

@@ -8,6 +8,7 @@ and tables.
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -47,6 +48,9 @@ _RIDDLE = re.compile(
     re.I,
 )
 
+_DOCSTRING = re.compile(r'^ *"""(.+)', re.M)
+_NO_SUBJECT = re.compile(r"(?:Who(?:ever)?|What|Which|Of)\b")
+
 
 class Measure(NamedTuple):
     """A page's words, words a sentence in the mean, and share of long sentences."""
@@ -84,6 +88,19 @@ def riddles() -> list[str]:
             if words := _RIDDLE.search(sentence):
                 found.append(f"{name}: '{words[0]}' in: {sentence[:80]}")
     return found
+
+
+def docstrings() -> list[str]:
+    """Tell which docstrings do not name their subject first."""
+    listed = ["git", "ls-files", "*.py"]
+    files = subprocess.run(listed, cwd=TREE, capture_output=True, text=True, check=True).stdout
+    return [
+        f"{name}: {text.splitlines()[0][:80]}"
+        for name in files.split()
+        if (TREE / name).exists()
+        for text in _DOCSTRING.findall((TREE / name).read_text(encoding="utf-8"))
+        if _NO_SUBJECT.match(text)
+    ]
 
 
 def _files() -> list[Path]:
@@ -125,7 +142,7 @@ def main() -> int:
     for page, (words, mean, share) in measured.items():
         print(f"{page:32} {words:6} words {mean:5.1f} a sentence {share:6.1%} long")
     print(f"{'all':32} {sum(page.words for page in measured.values()):6} words")
-    found = complaints(measured) + riddles()
+    found = complaints(measured) + riddles() + docstrings()
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 

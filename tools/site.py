@@ -29,7 +29,7 @@ _MODULES = (
 )
 
 _CONFIGURATION = '''\
-"""Of Sphinx; written by tools/site.py."""
+"""Settings of Sphinx; written by tools/site.py."""
 project = "Torsio"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "breathe"]
 breathe_default_project = "torsio"

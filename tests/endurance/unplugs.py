@@ -270,7 +270,7 @@ class Trial:
 
 @dataclass
 class Outcome:
-    """What came of many trials.
+    """The results of many trials.
 
     Attributes
     ----------

@@ -65,7 +65,7 @@ Wrong = Callable[[BaseException | None], str]
 
 
 def _sentence(raised: BaseException | None) -> str:
-    """What is raised must be the library's, or the system's with the name of the file."""
+    """Say whether an error is neither the library's nor the system's with the file's name."""
     if raised is None or isinstance(raised, torsio.Error | common.StudyError):
         return ""
     if isinstance(raised, OSError) and raised.strerror and raised.filename:

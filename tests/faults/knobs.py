@@ -27,7 +27,7 @@ class Device(torsio.Transport):
 
     @property
     def is_armed(self) -> bool:
-        """What the device itself says, after what is on the way has arrived."""
+        """The device's own answer, after all reports have arrived."""
         with self.lock:
             self.device.advance(20_000_000)
             return bool(self._told("health")["state"] == "armed")

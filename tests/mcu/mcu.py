@@ -66,7 +66,7 @@ def on_m0plus(program: str) -> str:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a tick costs with a scene: of the whole device, or of the control law alone."""
+    """The cost of a tick with a scene: of the whole device, or of the control law alone."""
 
     scene: str
     effects: int

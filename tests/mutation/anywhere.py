@@ -71,7 +71,7 @@ class Change:
 
     @property
     def key(self) -> str:
-        """What it is kept by: it stays where lines above it come or go."""
+        """The key of its result: it stays where lines above it come or go."""
         text = f"{self.file}\n{self.before.strip()}\n{self.after.strip()}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -143,7 +143,7 @@ def build(changes: Sequence[Change], tinyusb: str) -> tuple[Path, set[int]]:
 
 @dataclass(frozen=True)
 class Tried:
-    """What one test said, as reach.py writes it."""
+    """One test's result, as reach.py writes it."""
 
     test: str
     failed: bool

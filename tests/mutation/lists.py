@@ -44,7 +44,7 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """What it is kept by: it stays when mutants come or go."""
+        """The key of its result: it stays when mutants come or go."""
         text = f"{self.file}\n{squeezed(self.original)}\n{squeezed(self.replacement)}"
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -55,7 +55,7 @@ class Mutant:
 
 @dataclass
 class Replacement:
-    """What would stand there, what the list says of it, and in which of its lines."""
+    """The new text, the list's note on it, and its line in the list."""
 
     text: str
     where: str

@@ -10,7 +10,7 @@ CONSTANT, SPRING = 1, 8
 
 
 class Game:
-    """What it asks of its effects, a report each."""
+    """A game's orders to its effects, a report each."""
 
     def __init__(self, knob: torsio.Knob) -> None:
         self.port = knob.emulator.game

@@ -67,7 +67,7 @@ class OracleRun:
         return knob, spring - p.brake_viscous_nm_s_per_rad * y[3]
 
     def capacities(self, y: NDArray[np.float64]) -> tuple[float, float]:
-        """What friction can hold on either shaft."""
+        """Friction's limit on either shaft."""
         return self.plant.knob_coulomb_nm, y[5] + self.plant.brake_drag_nm
 
     def spring_torque_on_knob_nm(self) -> float:

@@ -1,4 +1,4 @@
-"""What the law `calibrated` knows of the brake: its inertia, its hysteresis, its lags.
+"""The law `calibrated` uses the brake's inertia, hysteresis and lags.
 
 Held against a second implementation that follows the brake's side in short steps, and against the
 truth of the emulated plant, which the law does not see.

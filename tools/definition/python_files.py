@@ -78,7 +78,7 @@ def python_scenes() -> str:
         "Largest torque of any effect. The actuator's own limits are lower.",
     )
     body += '\n\nclass Effect(EffectMethods):\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
-    body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""What `Knob.play` takes."""\n'
+    body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""Effects for `Knob.play`."""\n'
     body += "".join(map(python.data_class, (effects.TIMING, *effects.EFFECTS)))
     body += python.data_class(reports.EXCITATION)
     return python.module(
@@ -120,7 +120,7 @@ def python_hands() -> str:
         "from dataclasses import KW_ONLY, dataclass\nfrom typing import TypeAlias\n\n"
         "from torsio.common import checks\n\n{all}\n\n"
         "Profile: TypeAlias = float | Iterable[Sequence[float]]\n"
-        '"""What the fields of hands take; they keep it as a tuple of pairs."""\n'
+        '"""Values for the fields of hands, which keep them as a tuple of pairs."""\n'
         "\nHandFunction: TypeAlias = Callable[[float, float, float], float]\n"
         f'"""{textwrap.fill(plant.HAND_FUNCTION, 97)}\n"""\n'
         '\n\nclass Hand(checks.ByName):\n    """Base class of all hands."""\n\n    __slots__ = ()\n'
@@ -267,7 +267,7 @@ def python_statuses() -> str:
     body = (
         "from __future__ import annotations\n\nfrom typing import Final\n\n{all}\n\n"
         f'STATUS_NAMES: Final = (\n{names})\n"""Names of the status codes, by code."""\n\n'
-        f'FAULT_ADVICE: Final = {{{{\n{advice}}}}}\n"""What to do about each fault of the device."""\n'
+        f'FAULT_ADVICE: Final = {{{{\n{advice}}}}}\n"""Advice for each fault of the device."""\n'
     )
     text = "Names of the protocol's numbers, and what to do about them."
     return python.module(text, LISTS, body, ("FAULT_ADVICE", "STATUS_NAMES"))

@@ -61,9 +61,9 @@ class Task(ABC):
     observation_names: ClassVar[tuple[str, ...]]
     action_names: ClassVar[tuple[str, ...]]
     ticks_per_step: ClassVar[int] = 1
-    """Of 1 ms."""
+    """Ticks of 1 ms."""
     steps: ClassVar[int]
-    """Of an episode."""
+    """Steps of an episode."""
     drawn: ClassVar[tuple[str, ...]] = ()
     """Fields of `PlantParams` that the task itself draws."""
 

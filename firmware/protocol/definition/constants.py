@@ -15,7 +15,7 @@ SAMPLES_PER_REPORT = Constant("samples_per_report", 4, "std::uint8_t")
 GAME_EFFECTS_PER_REPORT = Constant("game_effects_per_report", 3, "std::uint8_t")
 PROTOCOL_VERSION = Constant("protocol_version", 1, "std::uint16_t")
 RELEASED_FINGERPRINTS = (0x9DDBBA23,)
-"""Of the firmware in tests/board/releases: the library drives it with today's reports. If a report changes so
+"""Fingerprints of the firmware in tests/board/releases: the library drives it with today's reports. If a report changes so
 that this fails, raise the protocol version and begin this list anew."""
 
 UNCONFIRMED_MOTOR_TORQUE_MAX_NM = Constant(

@@ -213,7 +213,7 @@ def for_stiffness(flexure: Flexure, of: Material, stiffness_nm_per_rad: float) -
 
 @dataclass(frozen=True)
 class Room:
-    """What a spring has to fit into, and what the printer can: line, walls, gap."""
+    """The space for a spring, and the printer's limits: line, walls, gap."""
 
     hub_radius_m: float = 7e-3
     rim_radius_m: float = 25e-3

@@ -30,7 +30,7 @@ _PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
 
 @dataclass(frozen=True)
 class Seen:
-    """What a step has shown.
+    """The findings of a step.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Bench:
     world: Any
     fault: Fault | None = None
     meter: dict[str, float] = field(default_factory=dict)
-    """What it shows where that is wrong, by the point."""
+    """Its wrong readings, by the point."""
 
 
 def options(knob: Knob, fault: Fault | None, seed: int | None) -> torsio.EmulatorOptions:

@@ -62,7 +62,7 @@ class Registers:
 
 
 class Counter(ctypes.Structure):
-    """Of fast.c."""
+    """As in fast.c."""
 
     _fields_ = (
         ("cycles", ctypes.c_uint64),

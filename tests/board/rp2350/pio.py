@@ -11,7 +11,7 @@ IDLE_LOOP = 7  # cycles of the encoder program from edge to edge: whole turns ma
 
 
 class Machine(ctypes.Structure):
-    """Of fast.c."""
+    """As in fast.c."""
 
     _fields_ = (
         *((name, ctypes.c_uint32) for name in ("pc", "x", "y", "isr", "osr", "pins")),

@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 Profile: TypeAlias = float | Iterable[Sequence[float]]
-"""What the fields of hands take; they keep it as a tuple of pairs."""
+"""Values for the fields of hands, which keep them as a tuple of pairs."""
 
 HandFunction: TypeAlias = Callable[[float, float, float], float]
 """Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the

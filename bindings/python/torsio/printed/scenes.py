@@ -51,7 +51,7 @@ class Effect(EffectMethods):
 
 
 Scene: TypeAlias = Effect | Iterable[Effect]
-"""What `Knob.play` takes."""
+"""Effects for `Knob.play`."""
 
 
 @dataclass(frozen=True)

@@ -68,4 +68,4 @@ FAULT_ADVICE: Final = {
         " by itself; clear any other"
     ),
 }
-"""What to do about each fault of the device."""
+"""Advice for each fault of the device."""

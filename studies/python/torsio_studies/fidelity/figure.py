@@ -109,7 +109,7 @@ def _shown(error: float | None) -> float:
 
 
 def _front(rows: Rows, method: str) -> Rows:
-    """Of many settings, those that nothing beats in both ways."""
+    """Give the settings that no other beats in both ways."""
     own = [row for row in rows if row["method"] == method]
     if method not in ("mujoco", "scipy"):
         return own

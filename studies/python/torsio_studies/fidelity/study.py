@@ -59,7 +59,7 @@ class Scenario:
 
     @property
     def duration_s(self) -> float:
-        """Of the visit."""
+        """Duration of the visit."""
         return PERIOD_S * len(self.motor_nm)
 
     def errors(self, angles: Array) -> tuple[float, float]:
