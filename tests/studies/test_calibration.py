@@ -15,7 +15,7 @@ from torsio import ShaftConfig
 from torsio.calibration import Refusal, calibrate, left_out
 from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.calibration.quantity import Quantity
-from torsio.printed.plant import PlantParams
+from torsio.printed.plant import BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.evaluation import evaluate_batch
@@ -147,6 +147,64 @@ def test_intervals_hold_the_truth_at_a_slow_control_rate(number: int) -> None:
     assert missed == []
 
 
+REFERENCE = PlantParams()
+FAR = {
+    "loop of 14.5 mN m": replace(
+        REFERENCE, brake_hysteresis=BrakeHysteresis(half_width_nm=14.5e-3)
+    ),
+    "brake lags by 2 ms": replace(REFERENCE, brake_time_constant_s=2e-3),
+    "brake lags by 10 ms": replace(REFERENCE, brake_time_constant_s=10e-3),
+    "cogs 48 times": replace(
+        REFERENCE, cogging=Cogging.sine(periods_per_rev=48, amplitude_nm=1.5e-3, points=16)
+    ),
+    "shaft softens at 5 mrad": replace(
+        REFERENCE, shaft_hardening=ShaftHardening(knee_rad=5e-3, stiffness_factor=0.5)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAR)
+def test_knob_far_from_the_reference_lies_within_its_intervals(name: str) -> None:
+    with emulated(FAR[name], seed=5000) as knob:
+        found = calibrate(knob).quantities
+    truth = truth_of(FAR[name])
+    scores = {
+        of.name: (of.value - truth[of.name]) / of.standard_uncertainty
+        for of in found.values()
+        if np.isfinite(truth[of.name])
+    }
+    missed = {of: score for of, score in scores.items() if abs(score) > 1.96}
+    # Of 17 and more at 95 %.
+    assert len(missed) <= 2, missed
+    assert max(map(abs, scores.values())) < 3.0, missed
+
+
+@pytest.mark.parametrize(
+    ("plant", "step", "reason"),
+    [
+        (
+            replace(REFERENCE, brake_hysteresis=BrakeHysteresis(half_width_nm=19e-3)),
+            "brake",
+            "wide_loop",
+        ),
+        (
+            replace(
+                REFERENCE, cogging=Cogging.sine(periods_per_rev=90, amplitude_nm=1.5e-3, points=16)
+            ),
+            "shaft",
+            "unexplained",
+        ),
+    ],
+    ids=["loop of 19 mN m", "cogs 90 times"],
+)
+def test_knob_that_the_model_does_not_fit_is_refused(
+    plant: PlantParams, step: str, reason: str
+) -> None:
+    with emulated(plant, seed=5000) as knob, pytest.raises(Refusal) as refused:
+        calibrate(knob)
+    assert (refused.value.step, refused.value.reason) == (step, reason)
+
+
 def test_longer_ticks_leave_out_more_and_a_board_s_nothing() -> None:
     damping = Quantity("shaft_damping_nm_s_per_rad", 2e-4, 3e-5)
     assert [left_out.by_tick(damping, tick_s) for tick_s in (50e-6, 100e-6)] == [damping] * 2
@@ -255,7 +313,7 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     first = execute(
         "calibration", out=tmp_path, json_file=tmp_path / "calibration.json", settings=settings
     )
-    assert sorted(asked) == list(range(1000, 1008))
+    assert sorted(asked) == [*range(1000, 1008), 2040, 2041]
     next(iter((tmp_path / "calibration").glob("*.parquet"))).unlink()
     asked.clear()
     again = execute("calibration", out=tmp_path, settings=settings)
@@ -265,6 +323,7 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert kept["rows"][0]["coverage"] == 1.0
     assert [row["quantity"] for row in kept["driven"]["rows"]] == list(ALL)
     assert (kept["driven"]["complete"], kept["driven"]["knob_seconds"]) == (8, 40.0)
+    assert (kept["far"]["knobs"], kept["far"]["driven"]["complete"]) == (2, 2)
     assert kept["wall"] == pytest.approx({"found": 0.011, "true": 0.01, "near": 1.0, "worst": 1.1})
     # 0.73 of 1.01 and of the lower end of 1.01 +- 1.96 · 0.01, of 2.
     assert kept["assisted"]["told"] == pytest.approx(0.73 * (1.01 + 0.9904 - 1.0296) / 2.0)

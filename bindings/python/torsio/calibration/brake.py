@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -14,12 +13,14 @@ from torsio.calibration.numeric import Solution, gauss_newton, kernel, linear, p
 from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 
-__all__ = ["STAIRS", "Brake", "estimate_brake", "hold_and_let_go", "slip"]
+__all__ = ["STAIRS", "STAIRS_RAD_S", "Brake", "estimate_brake", "hold_and_let_go", "slip"]
 
 _STEP = "brake"
 STAIRS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 1.0, 0.0, 1.0, 0.0)
+_LOOP_EXPLAINS = 0.8  # of the squares that are left without a loop; else there is none
+_WIDEST = 0.4  # half a loop of the highest stair; less of the stairs is left to measure it
 _DWELL_S, _BEGIN_S = 0.5, 0.8
-_SPEED_RAD_S = 4.0
+STAIRS_RAD_S = 4.0
 # Longer than a slow brake takes, and than a board waits before it demagnetises one.
 _HOLD_S, _LET_GO_S = 0.6, 1.0
 
@@ -32,6 +33,8 @@ class Brake:
     ----------
     left
         What it holds without current, its drag aside, once it has held and let go.
+    top_nm
+        The highest stair.
     """
 
     gain: Quantity
@@ -39,6 +42,7 @@ class Brake:
     rise: Quantity
     release: Quantity
     left: Quantity
+    top_nm: float
     curve: BrakeCurve
     fits: tuple[Fit, ...]
 
@@ -77,7 +81,7 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
     servo = {
         "stiffness_nm_per_rad": 0.5,
         "damping_nm_s_per_rad": 6e-3,
-        "servo_rad_s": _SPEED_RAD_S,
+        "servo_rad_s": STAIRS_RAD_S,
     }
     stairs = [(_DWELL_S, {**servo, "brake_command_nm": share * top_nm}) for share in STAIRS]
     log = player.chain(
@@ -93,30 +97,18 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
     return log
 
 
-def _lagged(
-    time_s: Array,
-    begins_s: Array,
-    targets: Array,
-    first: float,
-    lags: tuple[float, float],
-) -> Array:
-    """First-order answer to targets that step at `begins_s`; `lags` are of rise and release."""
-    result = np.full(len(time_s), first)
-    held = first
-    ends = np.append(begins_s[1:], time_s[-1] + 1.0)
-    for begin, end, target in zip(begins_s, ends, targets, strict=True):
-        lag = max(lags[0] if target > held else lags[1], 1e-4)
-        chosen = (time_s >= begin) & (time_s < end)
-        result[chosen] = target + (held - target) * np.exp(-(time_s[chosen] - begin) / lag)
-        held = target + (held - target) * np.exp(-(end - begin) / lag)
-    return result
-
-
 def _left(fit: Solution) -> float:
     return float(np.sum(fit.residual**2))
 
 
-def _coil_first(
+def _with_width(fit: Solution, sigma: float) -> Solution:
+    """Give a fit without a loop the width 0, as uncertain as this."""
+    covariance = np.insert(np.insert(fit.covariance, 1, 0.0, axis=0), 1, 0.0, axis=1)
+    covariance[1, 1] = sigma**2
+    return Solution(np.insert(fit.value, 1, 0.0), covariance, fit.residual)
+
+
+def _braked(
     time_s: Array,
     begins_s: Array,
     commands: Array,
@@ -141,7 +133,7 @@ def _coil_first(
         result[chosen] = np.where(moves, follows, torque)
         current = command + (current - command) * float(np.exp(-(end - begin) / lag))
         torque = max(torque, current - width) if rises else min(torque, current + width)
-        torque = first if command == 0.0 else torque
+        torque = 0.0 if command == first == 0.0 else torque  # a board has demagnetised it
     return result
 
 
@@ -188,7 +180,7 @@ def estimate_brake(
     Raises
     ------
     Refusal
-        "no_brake", "unexplained".
+        "wide_loop", "no_brake", "unexplained".
     """
     half = max(round(12e-3 / log.period_s), 3)
     window, first, second = kernel(half, log.period_s)
@@ -216,41 +208,41 @@ def estimate_brake(
     known = turning & ~(demagnetised & (told == 0.0))
     chosen = np.flatnonzero(known)[::thin]
 
-    def model(value: Array, *, coil_first: bool) -> Array:
+    def model(value: Array) -> Array:
         gain, width, rise, release, friction = (float(number) for number in value)
         width, lags = abs(width), (abs(rise), abs(release))
         begin = 0.0 if demagnetised else width
-        targets = _targets(commands, width, begin)
-        if coil_first:
-            braked = _coil_first(time_s, begins, commands, width, begin, lags)
-        else:
-            braked = _lagged(time_s, begins, targets, begin, lags)
+        braked = _braked(time_s, begins, commands, width, begin, lags)
         smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), through, mode="valid")
         return np.asarray(gain * smoothed[: len(time_s)] + friction, dtype=np.float64)[chosen]
 
     measured = torque[chosen]
 
-    def fitted(*, coil_first: bool) -> Solution:
-        trials = [
-            gauss_newton(
-                partial(model, coil_first=coil_first),
-                measured,
-                np.array([1.0, width, 0.06, 0.06, float(np.min(measured))]),
-                scale=np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5]),
-                lags=max(round(0.06 / (thin * log.period_s)), 4),
-                steps=15,
-            )
-            for width in (0.02 * top, 0.15 * top)
-        ]
-        return min(trials, key=_left)
-
-    # Whether the lag comes before the play or after it, what is measured says; without a play both
-    # are the same.
-    best, coil_first = fitted(coil_first=False), fitted(coil_first=True)
-    if _left(coil_first) < 0.8 * _left(best):
-        best = coil_first
+    begin = np.array([1.0, 0.0, 0.06, 0.06, float(np.min(measured))])
+    scale = np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5])
+    options: dict[str, int] = {"lags": max(round(0.06 / (thin * log.period_s)), 4), "steps": 15}
+    trials = [
+        gauss_newton(
+            model, measured, begin + np.array([0.0, width, 0.0, 0.0, 0.0]), scale=scale, **options
+        )
+        for width in (0.02 * top, 0.15 * top, 0.3 * top, 0.45 * top)
+    ]
+    best = min(trials, key=_left)
+    # A narrow loop takes the shaft's winding for its own; without one the lags are right.
+    narrow = gauss_newton(
+        lambda value: model(np.insert(value, 1, 0.0)),
+        measured, np.delete(begin, 1), scale=np.delete(scale, 1), **options,
+    )  # fmt: skip
+    if _left(best) > _LOOP_EXPLAINS * _left(narrow):
+        best = _with_width(narrow, math.hypot(best.value[1], best.sigma(1)))
     gain, width, rise, release, friction = (float(number) for number in best.value)
     left = float(np.sqrt(np.mean(best.residual**2)))
+    if gain < 0.1 or abs(width) > _WIDEST * top:
+        raise Refusal(
+            _STEP, "wide_loop", "the brake's torque hardly follows its command up and down to "
+            f"{1e3 * top:.0f} mN m, as much as the motor can turn it through: its loop "
+            "(hysteresis) is nearly as wide, or its wires came off", gain=gain,
+        )  # fmt: skip
     if gain < 0.3:
         raise Refusal(
             _STEP, "no_brake", f"the brake gives {100 * gain:.0f} % of the commanded torque: "
@@ -291,6 +283,7 @@ def estimate_brake(
             "lag on the way down",
         ),
         left_behind,
+        top,
         curve,
         (
             Fit(

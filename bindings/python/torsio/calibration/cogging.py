@@ -12,11 +12,11 @@ from torsio.calibration.quantity import Array
 
 __all__ = ["Cogging", "find_waves"]
 
-_MOST_PERIODS, _MOST_WAVES = 64, 8
+_MOST_PERIODS, _MOST_WAVES = 128, 8
 # Noise alone gives the best of so many waves a few parts in a hundred. The first must be beyond all
 # doubt, or a motor without cogging has some.
-_FIRST, _LATER = 0.6, 0.85
-_POINTS = 180
+_FIRST, _LATER = 0.8, 0.85
+_POINTS = 360
 """Points of the table: more than two for each of the shortest waves."""
 
 
@@ -121,22 +121,22 @@ def find_waves(
     periods_per_rev, left_nm
         The largest first, and the amplitude of the largest wave that was not taken for one.
     """
-
-    def fit(periods: tuple[int, ...]) -> tuple[float, float]:
-        """Give what is left with these waves, and the amplitude of the last."""
-        slopes = columns(periods)
-        size = np.sqrt(np.mean(slopes**2, axis=0)) + 1e-30
-        value = np.linalg.lstsq(slopes / size, motor_nm, rcond=None)[0]
-        left = float(np.sum((motor_nm - slopes / size @ value) ** 2))
-        return left, float(np.hypot(*(value / size)[-2:]))
-
     found: tuple[int, ...] = ()
-    before, _ = fit(found)
     while True:
         others = [one for one in range(2, _MOST_PERIODS + 1) if one not in found]
-        fits = [fit((*found, one)) for one in others]
-        best = int(np.argmin([left for left, _ in fits]))
-        after, amplitude_nm = fits[best]
-        if len(found) == _MOST_WAVES or after >= (_LATER if found else _FIRST) * before:
-            return found, amplitude_nm
-        found, before = (*found, others[best]), after
+        slopes = columns((*found, *others))
+        begin = slopes.shape[1] - 2 * len(others)
+        # What is left, and of each other wave, without what those that are found explain.
+        base, _ = np.linalg.qr(slopes[:, :begin])
+        left_nm = motor_nm - base @ (base.T @ motor_nm)
+        pairs = slopes[:, begin:] - base @ (base.T @ slopes[:, begin:])
+        pairs = pairs.T.reshape(len(others), 2, -1)
+        along = pairs @ left_nm
+        grams = pairs @ pairs.transpose(0, 2, 1) + 1e-30 * np.eye(2)
+        waves = np.linalg.solve(grams, along[..., None])[..., 0]
+        explained = np.sum(along * waves, axis=1)
+        best, before = int(np.argmax(explained)), float(left_nm @ left_nm)
+        enough = 1.0 - (_LATER if found else _FIRST)
+        if len(found) == _MOST_WAVES or explained[best] <= enough * before:
+            return found, float(np.hypot(*waves[best]))
+        found = (*found, others[best])

@@ -33,6 +33,7 @@ _TURNED_RAD = 0.05
 SLOW_RAD_S, FAST_RAD_S = 3.0, 80.0
 FREE_LIMIT_RAD_S = 160.0  # what the turns may overshoot to
 SLOW_S = 2.5
+_THROUGH_SHAFT = 0.03  # share of a wave that its way through the shaft leaves uncertain
 _FAST_S = 0.7  # until it turns the other way
 
 
@@ -46,6 +47,8 @@ class Free:
         Of knob and brake side together; the dry friction once the brake has held and let go.
     amplitude
         Of the cogging's largest wave.
+    through_shaft
+        Share of that wave which the brake's side takes off in the slow turns; 0 until it is known.
     """
 
     inertia: Quantity
@@ -55,6 +58,7 @@ class Free:
     offset: Quantity
     cogging: Cogging
     fits: tuple[Fit, ...]
+    through_shaft: float = 0.0
 
 
 def find_signs(player: Player, torque_nm: float, inertia_kg_m2: float) -> None:
@@ -280,7 +284,7 @@ def _rows(log: Run, half_s: float, least_rad_s: float) -> _Rows:
         smooth(log.motor_nm, window)[chosen],
         smooth(angle, second)[chosen],
         speed[chosen],
-        smooth(log.angle_rad, window)[chosen],
+        smooth(log.angle_rad, window)[chosen] + 0.5 * log.count_rad,
         jerk[chosen],
         smooth(log.motor_nm, second)[chosen],
         window,
@@ -344,12 +348,17 @@ def through_shaft(free: Free, log: Run, flexible_s2: float, knob_inertia_kg_m2: 
         sine_nm=fit.value[3::2],
         covariance=fit.covariance[2:, 2:],
     )
+    # Waves that pass about as fast as the brake's side swings hardly turn the knob.
+    first = abs(1.0 - float(bends[:, 0].mean()))
+    swings = _THROUGH_SHAFT * first / max(abs(1.0 - first), 0.01)
     amplitude = replace(
         free.amplitude,
         value=float(cogging.amplitudes_nm[0]),
-        standard_uncertainty=float(cogging.sigmas_nm[0]),
+        standard_uncertainty=float(
+            np.hypot(cogging.sigmas_nm[0], swings * cogging.amplitudes_nm[0])
+        ),
     )
-    return replace(free, cogging=cogging, amplitude=amplitude)
+    return replace(free, cogging=cogging, amplitude=amplitude, through_shaft=first)
 
 
 def _over_the_turn(slow: _Rows, cogging: Cogging, value: Array, unexplained: Array) -> Fit:

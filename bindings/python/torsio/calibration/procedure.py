@@ -47,6 +47,8 @@ STEPS = ("signs", "friction and inertia", "shaft", "brake")
 
 # Largest factor between a device and its configuration; beyond it is a fault.
 _PLAUSIBLE = 5.0
+# Share of a wave of the cogging beyond which the slow turns do not tell its size.
+_SEEN_THROUGH_SHAFT = 0.6
 
 
 def calibrate(
@@ -185,8 +187,9 @@ def _measure(knob: Knob, player: Player, plan: _Plan, say: Callable[[str], objec
     say(STEPS[2])
     most |= {"coulomb_nm": free.coulomb.value}
     held = hold_and_push(player, **most, quick=plan.quick)
-    shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
-    free = _through(shaft, free, turns)
+    free, shaft = _shaft(free, turns, held)
+    if not plan.quick:
+        _check_cogging(free, shaft)
     brake = stairs = None
     if not plan.quick:
         say(STEPS[3])
@@ -258,9 +261,7 @@ def _parts_of(
 ) -> Parts:
     """Estimate all from runs: of the turns, the pulls and the steps, and of the brake."""
     turns, pulls, steps = logs
-    free = estimate_free(turns, slow_s=slow_s)
-    shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
-    free = _through(shaft, free, turns)
+    free, shaft = _shaft(estimate_free(turns, slow_s=slow_s), turns, (pulls, steps))
     if stairs is None:
         return Parts(free, shaft, None)
     return Parts(free, shaft, _brake(stairs, free, shaft, demagnetised=demagnetised))
@@ -277,6 +278,16 @@ def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
         )  # fmt: skip
 
 
+def _check_cogging(free: Free, shaft: Shaft) -> None:
+    if shaft.shape_nm > 0.0 or free.through_shaft > _SEEN_THROUGH_SHAFT:
+        raise Refusal(
+            STEPS[2], "unexplained", "the turns do not tell how large the motor's cogging is: it "
+            "cogs so often in a turn that the brake's side swings with it, or something rubs or "
+            f"slips. The slow pulls leave a wave of {1e3 * shaft.shape_nm:.1f} mN m",
+            residual_nm=shaft.shape_nm,
+        )  # fmt: skip
+
+
 def _knob_inertia(free: Free, shaft: Shaft) -> float:
     return 0.6 * free.inertia.value if shaft.knob_inertia is None else shaft.knob_inertia.value
 
@@ -285,5 +296,10 @@ def _flexible_s2(free: Free, shaft: Shaft) -> float:
     return max(free.inertia.value - _knob_inertia(free, shaft), 0.0) / shaft.stiffness.value
 
 
-def _through(shaft: Shaft, free: Free, turns: Run) -> Free:
-    return through_shaft(free, turns, _flexible_s2(free, shaft), _knob_inertia(free, shaft))
+def _shaft(free: Free, turns: Run, held: tuple[Run, Run]) -> tuple[Free, Shaft]:
+    """Estimate the shaft, then the cogging through it, and the shaft with that cogging."""
+    shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
+    if not free.cogging.periods_per_rev:
+        return free, shaft
+    free = through_shaft(free, turns, _flexible_s2(free, shaft), _knob_inertia(free, shaft))
+    return free, estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)

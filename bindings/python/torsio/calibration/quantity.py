@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,10 @@ class Quantity:
         """Give what is left of it without a part that was measured by itself."""
         sigma = math.hypot(self.standard_uncertainty, part.standard_uncertainty)
         return Quantity(name, self.value - part.value, sigma, meaning)
+
+    def wider(self, sigma: float) -> Quantity:
+        """Give it with an independent uncertainty added."""
+        return replace(self, standard_uncertainty=math.hypot(self.standard_uncertainty, sigma))
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,10 @@ _TRAVEL_RAD = 0.4
 _LAG_S = 0.06e-3
 # Backlash so many standard uncertainties from nothing is there.
 _SURE = 4.0
+# Means of so many neighbouring residuals vary by so much more than those of noise if the residuals
+# have a shape. Those of noise have 1.
+_NEIGHBOURS, _SHAPELY = 8, 2.5
+_SHAPE_TILTS = 1.5  # a shape's part of the stiffness, in its amplitude over the reach
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,9 @@ class Shaft:
         Twist in rad and torque in N m of its corners, shape (n, 2), from zero.
     knob_coulomb, knob_inertia, damping
         Of the knob's side alone; the last two are None after a quick look.
+    shape_nm
+        Amplitude of a shape that the curve leaves, such as of cogging that nobody found; 0 if it
+        leaves noise.
     """
 
     stiffness: Quantity
@@ -50,6 +57,7 @@ class Shaft:
     knob_coulomb: Quantity
     knob_inertia: Quantity | None
     damping: Quantity | None
+    shape_nm: float
     fits: tuple[Fit, ...]
 
 
@@ -279,6 +287,8 @@ def estimate_shaft(
     sides = _with_sides(edges, curve.coulomb)
     loose = _curve(sides)
     backlash, backlash_sigma = loose.backlash
+    if backlash < 0.0:  # a shaft whose first knee was not seen, and that has none
+        backlash_sigma = math.hypot(backlash_sigma, backlash)
     if loose.is_bent:  # what is left out of where the knee is, is left out of this as well
         backlash_sigma = math.hypot(backlash_sigma, LEFT_OUT["knee_rad"][0] * loose.knee)
     # A backlash that may be zero stays out of the fit: it would make the stiffness less certain.
@@ -296,6 +306,8 @@ def estimate_shaft(
             "curve: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
 
+    shape_nm = _shape_nm(fit.residual)
+    lost_nm_per_rad = _SHAPE_TILTS * shape_nm / reach
     damping = inertia = None
     fits = [
         Fit(
@@ -344,16 +356,30 @@ def estimate_shaft(
         end = float(_spring(np.array([reach]), stiffness, knee, extra)[0])
         corners = [(0.0, 0.0), (knee, stiffness * knee), (reach, end)]
     return Shaft(
-        Quantity("stiffness_nm_per_rad", stiffness, fit.sigma(0), "of the shaft"),
-        Quantity("backlash_rad", backlash, backlash_sigma, "angle lost where the torque turns"),
+        Quantity(
+            "stiffness_nm_per_rad", stiffness, math.hypot(fit.sigma(0), lost_nm_per_rad),
+            "of the shaft",
+        ),
+        Quantity(
+            "backlash_rad", backlash, math.hypot(backlash_sigma, shape_nm / stiffness),
+            "angle lost where the torque turns",
+        ),
         knee_quantity,
         factor_quantity,
         np.array(corners),
         Quantity("knob_coulomb_nm", coulomb, friction_sigma, "dry friction of the knob's side"),
         inertia,
         damping,
+        shape_nm,
         tuple(fits),
-    )
+    )  # fmt: skip
+
+
+def _shape_nm(residual: Array) -> float:
+    """Give the amplitude of what is no noise in the residuals of neighbours."""
+    means = residual[: len(residual) // _NEIGHBOURS * _NEIGHBOURS].reshape(-1, _NEIGHBOURS).mean(1)
+    shape, noise = float(np.mean(means**2)), float(np.mean(residual**2)) / _NEIGHBOURS
+    return math.sqrt(2.0 * (shape - noise)) if shape > _SHAPELY * noise else 0.0
 
 
 def _rate_nm_s(sweeps: Run) -> float:

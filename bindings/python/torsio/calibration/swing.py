@@ -123,7 +123,7 @@ def estimate_swing(
         raise Refusal(
             _STEP, "unexplained", "the knob's swing on the shaft strays by "
             f"{left / log.count_rad:.0f} counts from an inertia on a spring: something is loose, "
-            "or a hand is on the knob",
+            "a hand is on the knob, or the motor cogs more often in a turn than it can show",
         )  # fmt: skip
     return best, _swing(log, best.value, spring, coulomb, cogging)
 

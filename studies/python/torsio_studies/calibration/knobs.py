@@ -22,11 +22,16 @@ RATE_HZ: Final = 10_000.0
 MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/reference/calibration.md were made with
 WALL_NM_PER_RAD: Final = math.degrees(30e-3)
 WALL_PHASES: Final = 16
-EVALUATION: Final = 9
+EVALUATION: Final = 10
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
 """Number of the study's first knob; earlier ones were used to make the estimators."""
+
+FAR: Final = 2000
+"""From this number on the brake, the shaft's knee and the cogging are far from the reference's."""
+FIRST_FAR: Final = 2040
+"""Number of the study's first one of them; those before it were used to make the estimators."""
 
 QUANTITIES: Final = (
     "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "cogging_nm", "offset_nm",
@@ -56,11 +61,11 @@ class Batch:
 
 
 def batches(knobs: int, size: int) -> Iterator[Batch]:
-    """Give all the work."""
-    for begin in range(0, knobs, size):
-        end = min(begin + size, knobs)
-        numbers = tuple(range(FIRST + begin, FIRST + end))
-        yield Batch("knob", begin // size, numbers)
+    """Give all the work: so many knobs, and a fourth as many that are far from the reference."""
+    for group, first, count in (("knob", FIRST, knobs), ("far", FIRST_FAR, max(knobs // 4, 1))):
+        for begin in range(0, count, size):
+            end = min(begin + size, count)
+            yield Batch(group, begin // size, tuple(range(first + begin, first + end)))
 
 
 def hidden_knob(number: int) -> HiddenKnob:
@@ -105,7 +110,29 @@ def hidden_knob(number: int) -> HiddenKnob:
         if maybe()
         else None,
     )
-    return HiddenKnob(number, plant, maybe())
+    is_reversed = maybe()
+    return HiddenKnob(number, plant if number < FAR else _far(plant, number), is_reversed)
+
+
+def _far(plant: PlantParams, number: int) -> PlantParams:
+    """Give a knob a wide loop, a fast brake, cogging of many waves, and a shaft that may soften."""
+    random = np.random.default_rng([38, number])
+
+    def between(low: float, high: float) -> float:
+        return float(low * (high / low) ** random.uniform())
+
+    return replace(
+        plant,
+        brake_time_constant_s=between(4e-3, 0.12),
+        brake_hysteresis=BrakeHysteresis(half_width_nm=between(1e-3, 22e-3)),
+        cogging=Cogging.sine(
+            periods_per_rev=round(between(6.0, 128.0)), amplitude_nm=between(0.75e-3, 3e-3),
+            points=_COGGING_POINTS,
+        ),
+        shaft_hardening=ShaftHardening(
+            knee_rad=between(5e-3, 20e-3), stiffness_factor=between(0.5, 4.8)
+        ),
+    )  # fmt: skip
 
 
 def truth_of(plant: PlantParams) -> dict[str, float]:

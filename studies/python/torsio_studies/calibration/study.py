@@ -41,8 +41,9 @@ def run(study: Study) -> Results:
     work = list(batches(knobs, _BATCH))
     kept = store.intact(work)
     todo = [batch for batch in work if batch not in kept]
-    done = knobs - sum(len(batch.designs) for batch in todo)
-    report = study.counter(f"{knobs} knobs, {done} of them from before", knobs)
+    total = sum(len(batch.designs) for batch in work)
+    done = total - sum(len(batch.designs) for batch in todo)
+    report = study.counter(f"{total} knobs, {done} of them from before", total)
     report(done)
     with spread(
         todo,
@@ -54,17 +55,14 @@ def run(study: Study) -> Results:
             store.write(batch, rows)
             done += len(rows)
             report(done)
-    table = store.read(work)["knob"]
+    tables = store.read(work)
+    table = tables["knob"]
     broken = SABOTAGES[::4] if study.quick else SABOTAGES
     refused = [
         {"sabotage": of.name, "right": of.reason, **dataclasses.asdict(try_out(of))}
         for of in study.track(broken, "sabotages")
     ]
-    driven = {
-        name.removeprefix(DRIVEN): column
-        for name, column in table.items()
-        if name.startswith(DRIVEN)
-    }
+    driven = of_drives(table)
     coverage = [cover(table, name) for name in QUANTITIES]
     through = [cover(driven, name) for name in ALL]
     found = example()
@@ -77,9 +75,30 @@ def run(study: Study) -> Results:
         "knobs": knobs,
         **whole(table),
         "driven": {"rows": through, **whole(driven)},
+        "far": far(tables["far"]),
         "wall": walls(table),
         "assisted": {"told": assisted(table), "driven": assisted(driven)},
         "sabotages": refused,
+    }
+
+
+def of_drives(table: dict[str, Array]) -> dict[str, Array]:
+    """Give the columns of the knobs with electrics."""
+    return {
+        name.removeprefix(DRIVEN): column
+        for name, column in table.items()
+        if name.startswith(DRIVEN)
+    }
+
+
+def far(table: dict[str, Array]) -> dict[str, Any]:
+    """Give the coverage of the knobs far from the reference, without and with electrics."""
+    driven = of_drives(table)
+    return {
+        "knobs": len(table["number"]),
+        "rows": [cover(table, name) for name in QUANTITIES],
+        **whole(table),
+        "driven": {"rows": [cover(driven, name) for name in ALL], **whole(driven)},
     }
 
 
@@ -170,14 +189,16 @@ def _coverage(rows: list[dict[str, Any]]) -> Table:
 
 def show(results: Results, console: Console) -> None:
     """Print the coverage of every quantity, and what was refused for which reason."""
-    for title, part in (
-        ("torques are what the motor is told", results),
-        ("through a board's electrics, hidden too", results["driven"]),
+    for title, part, knobs in (
+        ("torques are what the motor is told", results, results["knobs"]),
+        ("through a board's electrics, hidden too", results["driven"], results["knobs"]),
+        ("far from the reference", results["far"], results["far"]["knobs"]),
+        ("far, through electrics", results["far"]["driven"], results["far"]["knobs"]),
     ):
         console.print(f"\n{title}:")
         console.print(_coverage(part["rows"]))
         console.print(
-            f"{part['complete']} of {results['knobs']} knobs to the end; at most "
+            f"{part['complete']} of {knobs} knobs to the end; at most "
             f"{part['knob_seconds']:.0f} s of a knob's time",
         )
     wall = results["wall"]
