@@ -383,8 +383,8 @@ struct Layout<Curve> {
 };
 
 /// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than
-/// it took, within one count.
+/// decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more
+/// it gives back no more energy than it took, within one count; below it may give more.
 struct Impact {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -403,8 +403,9 @@ struct Layout<Impact> {
   static constexpr std::string_view name = "impact";
   static constexpr std::string_view doc =
       "The knock of something hard, in proportion to the speed at which the knob enters the "
-      "surface: a decaying sine, and a pulse that brakes. It acts inside only, and gives back no "
-      "more energy than it took, within one count.";
+      "surface: a decaying sine, and a pulse that brakes. It acts inside only. At control rates of "
+      "10 kHz and more it gives back no more energy than it took, within one count; below it may "
+      "give more.";
   static constexpr FieldList fields{
       group("target", &Impact::target, ""),
       number("angle_turns_q32", &Impact::angle_turns_q32, "2^-32 turn", -max_turns_q32,

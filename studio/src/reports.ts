@@ -805,7 +805,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 44,
     "direction": "output",
     "title": "Impact",
-    "doc": "The knock of something hard, in proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than it took, within one count.",
+    "doc": "The knock of something hard, in proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more it gives back no more energy than it took, within one count; below it may give more.",
     "notes": "",
     "size": 37,
     "fields": [

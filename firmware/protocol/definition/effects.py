@@ -257,8 +257,8 @@ IMPACT = _effect(
     0x2C,
     "Impact",
     "The knock of something hard, in proportion to the speed at which the knob enters the surface: a "
-    "decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than it "
-    "took, within one count.",
+    "decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more it "
+    "gives back no more energy than it took, within one count; below it may give more.",
     angle_rad("angle_rad", "the surface, usually a wall's"),
     choice("side", e.SIDE, "on which side of the surface it is solid"),
     number(

@@ -397,8 +397,8 @@ typedef struct torsio_curve {
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
 
 /// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only, and gives back no more energy than
-/// it took, within one count.
+/// decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more
+/// it gives back no more energy than it took, within one count; below it may give more.
 typedef struct torsio_impact {
   uint32_t struct_size;  ///< bytes of a torsio_impact
   /// the surface, usually a wall's
