@@ -43,7 +43,7 @@ WALL, CUT_WALL = runs.per_degree(30.0), runs.per_degree(25.0)
 
 def _bounced(rows: felt.Columns) -> dict[str, Any]:
     second = rows["time_s"] <= 1.0
-    columns = {name: rows[name][second] for name in ("angle_rad", "time_s")}
+    columns = {name: rows[name][second] for name in ("angle_rad", "time_s", "motor_torque_nm")}
     found = runs.count_bounces(_record(columns))
     return {"crossings": found.crossings, "oscillation_rad": _short(found.oscillation_rad)}
 

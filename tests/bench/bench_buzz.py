@@ -5,8 +5,9 @@ and two-sided springs from 0 to 10^6 N m/rad: at five speeds, let go, in a stiff
 one, with a tick of delay and without, with three encoders, and with a winding that is what the
 board takes it for or a third off in resistance and inductance. A line tells for one board, encoder
 and winding how many trials there were, how many counts the knob of the worst one moves by from half
-a second after contact on, and which trials move by more than two, with how often their knob turns
-round: one that does not only creeps to where it stays. The exit status is 1 if any turns round.
+a second after contact on, how the loudest motor vibrates, and which trials move by more than two
+counts or vibrate so that a finger feels it, with how often their knob turns round: others only
+creep to where they stay. The exit status is 1 if any turns round or is felt.
 
 With ``quick`` as argument every tenth stiffness is tried; with names of boards, only those.
 """
@@ -25,6 +26,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.python.buzzing import BOARDS, HANDS, REST_COUNTS, SPEEDS_RAD_S, Trial, motion
+from torsio.perception import VIBRATION_NM
 
 COUNTS = (8192, 32768, 131072)
 WINDINGS = ((1.0, 1.0), *itertools.product((0.7, 1.3), repeat=2))
@@ -49,15 +51,17 @@ def main(arguments: list[str]) -> int:
             ]  # fmt: skip
             motions = list(pool.map(motion, trials))
             moving = [
-                asdict(trial) | {"moves_counts": moved, "turns": turns}
-                for trial, (moved, turns) in zip(trials, motions, strict=True)
-                if moved > REST_COUNTS
+                asdict(trial) | {"moves_counts": moved, "turns": turns, "vibration_nm": vibration}
+                for trial, (moved, turns, vibration) in zip(trials, motions, strict=True)
+                if moved > REST_COUNTS or vibration >= VIBRATION_NM
             ]
-            rests = rests and not any(one["turns"] for one in moving)
+            felt = any(one["turns"] or one["vibration_nm"] >= VIBRATION_NM for one in moving)
+            rests = rests and not felt
             line = {
                 "board": board, "counts_per_rev": counts, "resistance": winding[0],
                 "inductance": winding[1], "trials": len(trials),
-                "most_counts": max(moved for moved, _ in motions), "moving": moving,
+                "most_counts": max(moved for moved, _, _ in motions),
+                "loudest_nm": max(vibration for _, _, vibration in motions), "moving": moving,
             }  # fmt: skip
             print(json.dumps(line), flush=True)
     return 0 if rests else 1

@@ -4,7 +4,8 @@
 comes to rest, for springs from 2 to 300 N m/rad in steps of 3 %, at five speeds from 6 to 22 rad/s.
 A line tells for one current loop and one encoder
 
-- ``stable_nm_per_rad``: up to where every spring comes to rest at every speed;
+- ``stable_nm_per_rad``: up to where no spring swings at any speed;
+- ``silent_nm_per_rad``: up to where no finger feels the motor of a knob at rest, either;
 - ``islands``: what else comes to rest at every speed, as pairs of first and last spring;
 - ``by_speed_nm_per_rad``: the first number for each speed alone;
 
@@ -41,6 +42,7 @@ from torsio import (
     Spring,
 )
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate_many
+from torsio.perception import VIBRATION_NM, vibration_nm
 
 Array = npt.NDArray[np.float64]
 
@@ -106,12 +108,21 @@ def _options(loop: Loop, counts: int, stiffness: float, speed: float) -> LoopOpt
     )
 
 
-def rests(loop: Loop, counts: int, stiffness: Sequence[float] | Array) -> npt.NDArray[np.bool_]:
-    """Whether each spring brings the knob to rest in that time, shape (springs, speeds)."""
+def rests(
+    loop: Loop, counts: int, stiffness: Sequence[float] | Array, most_nm: float = math.inf
+) -> npt.NDArray[np.bool_]:
+    """Whether the knob swings in no spring after that time, shape (springs, speeds).
+
+    Nor may its motor vibrate by `most_nm`.
+    """
     runs = [_options(loop, counts, k, v) for k in stiffness for v in SPEEDS_RAD_S]
     rows = simulate_many(runs, duration_s=TRIED_S, record_every=round(loop.rate_hz / 1000.0))
-    tails = (one["angle_rad"][one["time_s"] >= TRIED_S - 0.2] for one in rows)
-    calm = [float(np.ptp(tail)) < AT_REST_RAD for tail in tails]
+    tails = (one[one["time_s"] >= TRIED_S - 0.2] for one in rows)
+    calm = [
+        float(np.ptp(tail["angle_rad"])) < AT_REST_RAD
+        and vibration_nm(tail["motor_torque_nm"], 1000.0) < most_nm
+        for tail in tails
+    ]
     return np.reshape(calm, (len(stiffness), len(SPEEDS_RAD_S)))
 
 
@@ -255,10 +266,12 @@ def main(arguments: list[str]) -> None:
         for counts in (32768,) if quick else COUNTS:
             calm = rests(loop, counts, stiffness)
             worst = [all(row) for row in calm]
+            silent = [all(row) for row in rests(loop, counts, stiffness, VIBRATION_NM)]
             line = {
                 **known,
                 "counts_per_rev": counts,
                 "stable_nm_per_rad": round(stable_to(stiffness, worst), 1),
+                "silent_nm_per_rad": round(stable_to(stiffness, silent), 1),
                 "islands": islands(stiffness, worst),
                 "by_speed_nm_per_rad": [round(stable_to(stiffness, c), 1) for c in calm.T],
             }

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from torsio import BoardConfig, ControlConfig, Electrics, ImpedanceHand, NoHand, Spring, Wall
 from torsio.closed_loop import InitialState, LoopOptions, simulate
+from torsio.perception import vibration_nm
 from torsio.printed.hands import Hand
 from torsio.printed.plant import PlantParams
 
@@ -28,7 +29,7 @@ HANDS: Final[tuple[HandName, ...]] = ("off", "stiff", "soft")
 REST_COUNTS: Final = 2
 """An encoder at rest may flicker between so many."""
 _WAY_RAD, _PUSH_NM = 0.02, 0.04
-_AFTER_S, _WATCHED_S = 0.5, 0.2
+_AFTER_S, _SILENT_S, _WATCHED_S = 0.5, 0.5, 0.2
 
 
 @dataclass(frozen=True)
@@ -100,16 +101,21 @@ def _turns(counts: npt.NDArray[np.int64]) -> int:
     return turns
 
 
-def motion(trial: Trial) -> tuple[int, int]:
+def motion(trial: Trial) -> tuple[int, int, float]:
     """Tell how the knob moves for 0.2 s from half a second after contact on.
 
     Returns
     -------
-    counts, turns
-        Between which it stays, and how often it turns round.
+    counts, turns, vibration_nm
+        Between which it stays, how often it turns round, and how the motor vibrates half a second
+        later: what flickers at rest dies away by then.
     """
     hand, contact_s = trial.hand_and_contact()
     rest_s = contact_s + _AFTER_S
-    rows = simulate(trial.options(hand), duration_s=rest_s + _WATCHED_S)
-    counts = rows["position_counts"][rows["time_s"] >= rest_s]
-    return int(np.ptp(counts)), _turns(counts)
+    options = trial.options(hand)
+    rows = simulate(options, duration_s=rest_s + _SILENT_S + _WATCHED_S)
+    since_s = rows["time_s"] - rest_s
+    counts = rows["position_counts"][(since_s >= 0.0) & (since_s < _WATCHED_S)]
+    silent = rows["motor_torque_nm"][since_s >= _SILENT_S]
+    loud = vibration_nm(silent, 1e9 / options.control_period_ns)
+    return int(np.ptp(counts)), _turns(counts), float(loud)

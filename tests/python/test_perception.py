@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from torsio import perception
@@ -64,3 +65,14 @@ def test_change_of_a_calibrated_value_says_what_a_finger_makes_of_it() -> None:
 def test_walls_and_steps_that_cannot_be_are_refused(stiffness: float, jnds: float) -> None:
     with pytest.raises(InvalidArgument, match=r"stiffness_nm_per_rad|jnds"):
         perception.counts_for(stiffness, jnds=jnds)
+
+
+def test_vibration_is_what_changes_faster_than_20_hertz() -> None:
+    time_s = np.arange(1100) / 1000.0
+    buzz = 3e-3 * np.sin(2.0 * np.pi * 100.0 * time_s)
+    # What is beyond whole 0.05 s is left out, and so is a push that grows slowly.
+    assert perception.vibration_nm(buzz, 1000.0) == pytest.approx(3e-3 / math.sqrt(2.0))
+    slow = 50e-3 * np.sin(2.0 * np.pi * 0.1 * time_s)
+    assert perception.vibration_nm(slow, 1000.0) < 0.5e-3
+    both = np.column_stack([buzz, np.full(len(time_s), 80e-3)])
+    assert perception.vibration_nm(both, 1000.0) == pytest.approx([3e-3 / math.sqrt(2.0), 0.0])

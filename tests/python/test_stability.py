@@ -124,6 +124,17 @@ def test_emulated_knob_rests_and_swings_where_it_was_predicted() -> None:
     assert found.stable_to_nm_per_rad.tolist() == [0.5 * predicted, 0.0]
 
 
+def test_knob_that_hardly_moves_and_buzzes_between_two_counts_is_not_at_rest() -> None:
+    plant = torsio.PlantParams(counts_per_rev=2048)
+    found = stability.measure(
+        plant, plant.matching_config(), torsio.ControlConfig(law="compensated"), 1e4,
+        stiffness_nm_per_rad=[30.0, 60.0],
+    )  # fmt: skip
+    assert (found.swing_rad < found.at_rest_rad).all()
+    assert found.vibration_nm[1, 0] > 20e-3
+    assert found.is_stable[:, 0].tolist() == [True, False]
+
+
 @pytest.mark.parametrize("rate_hz", [1e3, 1e4])
 def test_boundary_with_dampers_is_near_what_comes_to_rest(rate_hz: float) -> None:
     actuator, control = torsio.PlantParams().matching_config(), torsio.ControlConfig()

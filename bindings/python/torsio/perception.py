@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
 
 from torsio.common import checks
 
@@ -12,6 +15,7 @@ __all__ = [
     "STIFFNESS_JND_SHARE",
     "TORQUE_JND_NM",
     "TORQUE_JND_SHARE",
+    "VIBRATION_NM",
     "count_step_nm",
     "counts_for",
     "jnds_of",
@@ -19,6 +23,7 @@ __all__ = [
     "stiffness_jnds",
     "text",
     "torque_jnds",
+    "vibration_nm",
     "wall_jnds",
 ]
 
@@ -31,6 +36,11 @@ TORQUE_JND_NM: Final = TORQUE_JND_SHARE * 60e-3
 STIFFNESS_JND_SHARE: Final = 0.23
 """JND of a spring's stiffness."""
 
+VIBRATION_NM: Final = 1e-3
+"""A motor whose torque vibrates by less is at rest for a finger; see `vibration_nm`."""
+
+_AVERAGED_S: Final = 0.05  # a period at 20 Hz: slower changes are no vibration
+
 MEANING: Final = (
     f"the least difference that most fingers tell, {1e3 * TORQUE_JND_NM:.1f} mN·m of torque or "
     f"{100 * STIFFNESS_JND_SHARE:.0f} % of stiffness"
@@ -41,6 +51,27 @@ MEANING: Final = (
 def torque_jnds(error_nm: float) -> float:
     """Give an error of torque in JNDs; below 1 most hands do not tell it from none."""
     return abs(error_nm) / TORQUE_JND_NM
+
+
+def vibration_nm(torque_nm: npt.NDArray[Any], rate_hz: float) -> npt.NDArray[np.float64]:
+    """Give the root of the mean square of a torque above 20 Hz.
+
+    Parameters
+    ----------
+    torque_nm
+        Samples along the first axis, for 0.05 s at least; what is beyond whole 0.05 s is left out.
+    rate_hz
+        Of the samples; 40 and more.
+
+    Returns
+    -------
+    In N m, of the shape of one sample.
+    """
+    each = round(_AVERAGED_S * rate_hz)
+    whole = len(torque_nm) // each * each
+    blocks = np.reshape(torque_nm[:whole], (-1, each, *torque_nm.shape[1:]))
+    around = blocks - blocks.mean(axis=1, keepdims=True)
+    return np.asarray(np.sqrt(np.mean(np.square(around), axis=(0, 1))), dtype=np.float64)
 
 
 def stiffness_jnds(error_share: float) -> float:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
 from torsio.core import PartitionParams
+from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.config import ActuatorConfig, ControlConfig
 from torsio.printed.plant import PlantParams
 from torsio.printed.scenes import Damper, Scene, Spring
@@ -120,19 +121,28 @@ class StabilityMap:
         Of the scenes, shapes (n,) and (m,).
     swing_rad
         The knob's motion, peak to peak, long after it was caught; the worst speed's; shape (n, m).
+    vibration_nm
+        The motor's torque above 20 Hz then, root of the mean square; shape (n, m).
     at_rest_rad
-        Less is rest.
+        A knob that moves by less does not swing.
     """
 
     stiffness_nm_per_rad: Array
     damping_nm_s_per_rad: Array
     swing_rad: Array
+    vibration_nm: Array
     at_rest_rad: float
 
     @property
     def is_stable(self) -> npt.NDArray[np.bool_]:
-        """Whether the knob came to rest, shape (n, m)."""
-        return self.swing_rad < self.at_rest_rad
+        """Whether the knob came to rest and its motor vibrates less than a finger feels.
+
+        Shape (n, m).
+        """
+        result: npt.NDArray[np.bool_] = (self.swing_rad < self.at_rest_rad) & (
+            self.vibration_nm < VIBRATION_NM
+        )
+        return result
 
     @property
     def stable_to_nm_per_rad(self) -> Array:
@@ -169,7 +179,7 @@ def measure(
     speeds = tuple(speeds_rad_s)
     spin_up_nm = _SPIN_UP_SHARE * plant.motor_limit_nm
     counts = 3.0 * 2.0 * math.pi / plant.counts_per_rev
-    worst = np.empty((len(stiffness), len(damping)))
+    widest, loudest = (np.empty((len(stiffness), len(damping))) for _ in range(2))
     for column, damper in enumerate(damping):
         runs = [
             LoopOptions(
@@ -184,13 +194,15 @@ def measure(
         ]
         every = max(round(rate_hz / _ROWS_PER_S), 1)
         rows = simulate_many(runs, duration_s=_DURATION_S, record_every=every)
-        swings = [
-            float(np.ptp(one["angle_rad"][one["time_s"] >= _DURATION_S - _TAIL_S])) for one in rows
-        ]
-        worst[:, column] = np.reshape(swings, (len(stiffness), len(speeds))).max(axis=1)
+        tails = [one[one["time_s"] >= _DURATION_S - _TAIL_S] for one in rows]
+        swings = [float(np.ptp(one["angle_rad"])) for one in tails]
+        loud = [vibration_nm(one["motor_torque_nm"], rate_hz / every) for one in tails]
+        shape = (len(stiffness), len(speeds))
+        widest[:, column] = np.reshape(swings, shape).max(axis=1)
+        loudest[:, column] = np.reshape(loud, shape).max(axis=1)
         if progress is not None:
             progress(column + 1, len(damping))
-    return StabilityMap(stiffness, damping, worst, max(counts, 3e-3))
+    return StabilityMap(stiffness, damping, widest, loudest, max(counts, 3e-3))
 
 
 def _scene(stiffness: float, damping: float) -> Scene:

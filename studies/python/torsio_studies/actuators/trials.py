@@ -16,6 +16,7 @@ import numpy.typing as npt
 from torsio.closed_loop import LoopOptions
 from torsio.common import checks
 from torsio.demos import wall
+from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand, TorqueHand
 from torsio.printed.plant import PlantParams
 from torsio.telemetry import Record
@@ -266,9 +267,13 @@ def measure_exit(actuator: str, log: Record | None = None) -> Exit:
 
 
 def comes_to_rest(log: Record) -> bool:
-    """Tell whether a spin has died down by its end."""
-    end = log["time_s"] > SPIN_S - 0.2
-    return bool(np.abs(log["speed_rad_s"][end]).max() < AT_REST_RAD_S)
+    """Tell whether a spin has died down by its end, and no finger feels the motor then."""
+    end = log[log["time_s"] > SPIN_S - 0.2]
+    rate_hz = (len(end) - 1) / float(np.ptp(end["time_s"]))
+    return bool(
+        np.abs(end["speed_rad_s"]).max() < AT_REST_RAD_S
+        and vibration_nm(end["motor_torque_nm"], rate_hz) < VIBRATION_NM
+    )
 
 
 def stable_limit(

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from torsio.batch import Knobs
 from torsio.closed_loop import LoopOptions
+from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio_studies.falsify.cases import SPACE, Batch, Case, options_of, values_of
 
 __all__ = ["LASTING_RAD", "LOUD_NM", "Motion", "breaks", "evaluate_batch", "measure"]
@@ -22,13 +23,12 @@ Array = npt.NDArray[np.float64]
 LASTING_RAD: Final = 1e-3
 REST_COUNTS: Final = 3
 """A knob that moves by more than either, whichever is larger, swings."""
-LOUD_NM: Final = 3e-3
+LOUD_NM: Final = VIBRATION_NM
 """Root mean square of the motor's torque at rest, above 20 Hz."""
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _WINDOW_S: Final = 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
 _SLOW: Final = 1e-2  # what a swing counts for that still lasts at a third of that
-_AVERAGED_S: Final = 0.05  # a turn at 20 Hz: what is slower is none of a buzz
 _POPULATION: Final = 16
 
 
@@ -62,8 +62,7 @@ def measure(options: Sequence[LoopOptions], after_s: float = _FIRST_S) -> list[M
     before, _ = _watch(knobs, rate_hz)
     knobs.step(round((after_s * 2.0 / 3.0) * rate_hz))
     angle, torque = _watch(knobs, rate_hz)
-    blocks = torque.reshape(-1, round(_AVERAGED_S * _RATE_HZ), len(options))
-    loud = np.sqrt(np.mean(np.square(blocks - blocks.mean(axis=1, keepdims=True)), axis=(0, 1)))
+    loud = vibration_nm(torque, _RATE_HZ)
     work = np.sum(torque[:-1] * np.diff(angle, axis=0), axis=0) / _WINDOW_S
     swing, slow = np.ptp(angle, axis=0), np.ptp(before, axis=0)
     return [Motion(*map(float, one)) for one in zip(swing, work, loud, slow, strict=True)]
@@ -103,12 +102,18 @@ def _cost(case: Case, motion: Motion) -> float:
 def search(case: Case, tries: int) -> dict[str, float]:
     """Look for the worst of a case; give it with what it did, and how many tries it took."""
     random = np.random.default_rng([36, case.number])
-    strategy = cma.CMAEvolutionStrategy(
-        random.uniform(0.2, 0.8, len(SPACE)), 0.3,
-        {"bounds": [0, 1], "popsize": _POPULATION, "seed": case.number + 1, "verbose": -9},
-    )  # fmt: skip
+
+    def begin() -> cma.CMAEvolutionStrategy:
+        return cma.CMAEvolutionStrategy(
+            random.uniform(0.2, 0.8, len(SPACE)), 0.3,
+            {"bounds": [0, 1], "popsize": _POPULATION, "seed": case.number + 1, "verbose": -9},
+        )  # fmt: skip
+
+    strategy = begin()
     done, best, least = 0, np.full(len(SPACE), 0.5), math.inf
-    while done < tries and not strategy.stop():
+    while done < tries:
+        if strategy.stop():  # such as where every knob of a generation rests
+            strategy = begin()
         points = strategy.ask()
         motions = measure([options_of(case, values_of(point)) for point in points])
         costs = [_cost(case, motion) for motion in motions]

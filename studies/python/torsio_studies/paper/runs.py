@@ -14,6 +14,7 @@ from torsio import perception
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
 from torsio.common import checks
 from torsio.demos.wall import rms
+from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.config import ControlConfig, Law
 from torsio.printed.hands import ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import PlantParams, ShaftHardening
@@ -70,19 +71,26 @@ class Bounces:
     crossings: int
     oscillation_rad: float
     """Peak to peak in the last fifth of a second."""
+    vibration_nm: float
+    """Of the motor's torque then, above 20 Hz, root of the mean square."""
 
     @property
     def at_rest(self) -> bool:
-        """Whether the oscillation has died away."""
-        return self.oscillation_rad < AT_REST_RAD
+        """Whether the oscillation has died away, and no finger feels the motor."""
+        return self.oscillation_rad < AT_REST_RAD and self.vibration_nm < VIBRATION_NM
 
 
 def count_bounces(rows: Record) -> Bounces:
     """Count how often the knob went through the middle of the spring."""
     angle = rows["angle_rad"]
     side = np.sign(angle[np.abs(angle) > COUNT_RAD])
-    tail = angle[rows["time_s"] >= rows["time_s"][-1] - 0.2]
-    return Bounces(int(np.count_nonzero(side[1:] != side[:-1])), float(np.ptp(tail)))
+    tail = rows[rows["time_s"] >= rows["time_s"][-1] - 0.2]
+    rate_hz = (len(tail) - 1) / float(np.ptp(tail["time_s"]))
+    return Bounces(
+        int(np.count_nonzero(side[1:] != side[:-1])),
+        float(np.ptp(tail["angle_rad"])),
+        float(vibration_nm(tail["motor_torque_nm"], rate_hz)),
+    )
 
 
 def largest_stable(stiffness: Array, bounces: Sequence[Bounces]) -> float:
