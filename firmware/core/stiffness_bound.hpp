@@ -34,7 +34,7 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, const Res
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);
   params.quiet_share =
       smaller(larger(friction_nm / params.slope_nm_per_count, params.least_share), 1.0F);
-  params.flicker_ticks = round_to_u32(0.025F / resolution.period_s);
+  params.flicker_ticks = round_to_u32(0.05F / resolution.period_s);
   return params;
 }
 
@@ -73,6 +73,9 @@ constexpr float asked_torque(const BoundState& state) {
 /// A knob that moves by at most this much is at rest: its encoder flickers.
 inline constexpr std::int32_t kRestCounts = 2;
 
+/// A swing of no more than this may hide a turn from the encoder, and so seem to last.
+inline constexpr std::int32_t kNarrowCounts = 6;
+
 /// So many changes of the count in a row are a flicker and no step of a hand.
 inline constexpr std::uint32_t kFlickers = 8;
 
@@ -92,6 +95,12 @@ constexpr bool follow_swing(BoundState& state, std::int32_t delta_counts) {
   return delta_counts != 0;
 }
 
+/// Whether the swing that goes on is as slow as a hand's.
+constexpr bool is_slow(const BoundState& state, std::uint32_t now) {
+  const bool narrow = state.swing_counts <= kNarrowCounts;
+  return now - state.turned_tick > (narrow ? 4 : 1) * state.params.buzz_ticks;
+}
+
 constexpr void begin_touch(BoundState& state) {
   set_share(state, 1.0F);
   state.trust = 1.0F;
@@ -102,7 +111,7 @@ constexpr void begin_touch(BoundState& state) {
 /// than friction holds. A knob that goes on is led by a hand.
 constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
-  if (goes_on && now - state.turned_tick > state.params.buzz_ticks) begin_touch(state);
+  if (goes_on && is_slow(state, now)) begin_touch(state);
   if (goes_on || now - state.flicker_tick > state.params.flicker_ticks) {
     state.flickers = 0;
     state.flicker_counts = state.swing_counts;
@@ -128,13 +137,12 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
 constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   const auto now = static_cast<std::uint32_t>(tick);
   if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
-  const std::uint32_t lasted_ticks = now - state.turned_tick;
+  const bool by_hand = is_slow(state, now);
   const std::int32_t width = state.swing_counts;
   state.turned_tick = now;
   state.way = -state.way;
   state.swing_counts -= state.gone_counts;
   state.gone_counts = state.flicker_counts = state.swing_counts;
-  const bool by_hand = lasted_ticks > state.params.buzz_ticks;
   if (by_hand) begin_touch(state);
   // A swing may look a count wider or narrower than it is.
   if (by_hand || (width + 1) * 8 < state.widest_counts * 7) {

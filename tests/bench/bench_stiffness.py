@@ -120,7 +120,7 @@ def rests(
     tails = (one[one["time_s"] >= TRIED_S - 0.2] for one in rows)
     calm = [
         float(np.ptp(tail["angle_rad"])) < AT_REST_RAD
-        and vibration_nm(tail["motor_torque_nm"], 1000.0) < most_nm
+        and bool(vibration_nm(tail["motor_torque_nm"], 1000.0) < most_nm)
         for tail in tails
     ]
     return np.reshape(calm, (len(stiffness), len(SPEEDS_RAD_S)))

@@ -16,7 +16,8 @@ from torsio.closed_loop import LoopOptions
 from torsio.printed.hands import Hand
 from torsio.printed.plant import BrakeHysteresis, ShaftHardening
 from torsio.printed.scenes import Effect
-from torsio_studies.falsify.search import LASTING_RAD, Motion, measure
+from torsio_studies.falsify.cases import SPACE, batches, options_of
+from torsio_studies.falsify.search import LASTING_RAD, Motion, breaks, measure
 
 COUNTS = 32_768
 PLANT = PlantParams(counts_per_rev=COUNTS)
@@ -154,3 +155,28 @@ def test_knob_that_rests_in_a_stiff_wall_is_silent(counts: int) -> None:
         )
     ]
     assert max(motion.loud_nm for motion in measure(held)) < QUIET_NM
+
+
+# Numbers of searches, and where they ended: the values of `SPACE` in their order.
+FOUND = (
+    (2, (1.28, 1.01, 0.504, 1.18, 1.51, 0.695, 0.941, 0.781, 0.841, 1.12, 0.864, 1.3, 0.812, 1.02,
+         0.858, 0.644, 0.00138, 0.00421, 1.23, 0.000186, 0.48, 0.0894, 0.771, 1.54, 0.721, 13.3,
+         0.103, 2.94e-06, 0.372)),
+    (3, (1.8, 1.7, 1.41, 1.13, 0.531, 1.27, 1.27, 0.965, 0.875, 1.1, 0.869, 1.23, 0.806, 1.21,
+         0.892, 0.541, 0.000772, 0.00431, 1.45, 0.00151, 511, 0.106, 0.73, 1.12, 0.117, 4.59, 3.27,
+         9.08e-07, 0.0366)),
+    (8, (1.292, 0.5586, 0.7892, 1.97, 1.639, 1.156, 0.5164, 0.8815, 0.7693, 0.8663, 1.288, 1.272,
+         0.9534, 0.7695, 0.6994, 1.989, 0.005919, 0.007685, 1.201, 0.000257, 330.3, 0.07847, 0.66,
+         1.237, 0.2118, 17.93, 0.3422, 1.123e-06, 0.3073)),
+    (8, (0.561, 0.522, 0.819, 1.5, 1.81, 0.884, 1.96, 1.05, 1.1, 1.3, 1.3, 0.776, 0.867, 0.823,
+         0.5, 1.5, 0.0001, 0.00323, 0.682, 1.52e-05, 322, 0.0473, 0.334, 1.8, 0.129, 3.8, 1.08,
+         1.48e-06, 0.0406)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("number", "values"), FOUND)
+def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, ...]) -> None:
+    """A swing that hides its turns from 2,048 counts, and changes of a count 28 ms apart."""
+    case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
+    options = options_of(case, dict(zip(SPACE, values, strict=True)))
+    assert not breaks(case, measure([options])[0])

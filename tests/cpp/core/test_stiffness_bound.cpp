@@ -170,10 +170,33 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
   CHECK(trust < 0.4);
   // A hand that pushes on slowly is a new touch, though it never turns round.
   for (int n = 0; n < 50; ++n) bench.step(0.0, 0);
-  bench.swing(3, 1);
+  bench.swing(4, 1);
   CHECK(static_cast<double>(bench.state.share) == Approx(0.3));
   bench.step(0.0, -1);
   CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("a narrow swing that hides its turns from a coarse encoder is none of a hand") {
+  Bench bench;
+  for (int n = 0; n < 8; ++n) {
+    bench.swing(4, n % 2 == 0 ? 1 : -1);
+    // To and fro by two counts, and then on: it takes 60 ticks, more than a swing that buzzes.
+    for (int part = 0; part < 7; ++part) {
+      bench.swing(2, n % 2 == 0 ? -1 : 1);
+      bench.step(0.0, 0);
+      bench.step(0.0, 0);
+      bench.swing(2, n % 2 == 0 ? 1 : -1);
+      bench.step(0.0, 0);
+      bench.step(0.0, 0);
+    }
+  }
+  CHECK(bench.state.share < 0.2F);
+  CHECK(bench.state.trust < 0.2F);
+  // A hand that goes so far in four times the time is one.
+  bench.swing(4, 1);
+  for (int n = 0; n < 170; ++n) bench.step(0.0, 0);
+  bench.swing(3, -1);
   CHECK(bench.state.trust == 1.0F);
 }
 
@@ -224,7 +247,7 @@ TEST_CASE("the bound begins at three times what is stable, and a hand's swing ta
       make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F, 6e-3F);
   CHECK(params.slope_nm_per_count == Approx(36.0 * 2.0 * 3.14159265358979 / 8192.0));
   CHECK(params.buzz_ticks == 400);
-  CHECK(params.flicker_ticks == 250);
+  CHECK(params.flicker_ticks == 500);
   CHECK(params.quiet_share * params.slope_nm_per_count == Approx(6e-3));
 }
 

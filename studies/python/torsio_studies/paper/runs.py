@@ -72,7 +72,7 @@ class Bounces:
     oscillation_rad: float
     """Peak to peak in the last fifth of a second."""
     vibration_nm: float
-    """Of the motor's torque then, above 20 Hz, root of the mean square."""
+    """Root mean square of the motor's torque then, above 20 Hz."""
 
     @property
     def at_rest(self) -> bool:
