@@ -66,7 +66,7 @@ def _clipping(reading: GameReading, gain: float) -> str:
         return ""
     fits = math.floor(1e4 * gain / asked) / 100
     return (
-        f"together, effects ask for up to {asked} % of their limit; "
+        f"together, effects ask for up to {asked} % of their torque limit; "
         f"clipped {100 * reading.clipped_share:.0f} % of the time; "
         f"torsio games set --gain {fits:g} fits them in"
     )
