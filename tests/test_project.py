@@ -100,7 +100,7 @@ def test_sources_do_without(pattern: str) -> None:
 LATE = {
     # Optional packages, and our modules that need one ...
     *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow", "zstandard"),
-    *("mujoco", "mujoco.rollout", "distributed"),
+    *("mujoco", "mujoco.rollout", "pydrake.all", "distributed"),
     *("torsio.apps.cli", "torsio.studio.server", "torsio.studio.watching"),
     *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.apps.stability_figure"),
     *("torsio.common.plots", "torsio.trading.figure"),

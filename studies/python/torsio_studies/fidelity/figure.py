@@ -33,6 +33,7 @@ SERIES: Final = (
     ("regularised", "smoothed friction (RK4)", GREY, "v"),
     ("mujoco", "MuJoCo, best settings found", ORANGE, "D"),
     ("mujoco_default", "MuJoCo, defaults", BLACK, "x"),
+    ("drake", "Drake, best settings found", BLACK, "d"),
     ("scipy", "SciPy, best settings found", TEXT, "*"),
 )
 
@@ -111,7 +112,7 @@ def _shown(error: float | None) -> float:
 def _front(rows: Rows, method: str) -> Rows:
     """Give the settings that no other beats in both ways."""
     own = [row for row in rows if row["method"] == method]
-    if method not in ("mujoco", "scipy"):
+    if method not in ("mujoco", "drake", "scipy"):
         return own
     own.sort(key=lambda row: -float(row["realtime_factor"]))
     best = math.inf

@@ -127,7 +127,7 @@ def _xml(plant: PlantParams, hand: HandTorque, step_s: float, settings: Settings
 </mujoco>"""
 
 
-def _lagged(command: Array, time_constant_s: float, steps: int, step_s: float) -> Array:
+def lagged(command: Array, time_constant_s: float, steps: int, step_s: float) -> Array:
     """Means of the lagged command over each step, exactly."""
     begin = np.arange(steps) * step_s
     decay = np.exp(-begin / time_constant_s)
@@ -141,7 +141,7 @@ def _lagged(command: Array, time_constant_s: float, steps: int, step_s: float) -
     return result.ravel()
 
 
-def _hand_force(hand: HandTorque, times_s: Array) -> Array:
+def hand_force(hand: HandTorque, times_s: Array) -> Array:
     value = np.interp(times_s, hand.corners_s, hand.values)
     if hand.stiffness_nm_per_rad == 0.0 and hand.damping_nm_s_per_rad == 0.0:
         return value
@@ -186,9 +186,9 @@ class Simulation:
         self._data = mujoco.MjData(self.model)
         self._step = _step_address(mujoco)
         middle = (np.arange(len(motor_nm) * self._steps) + 0.5) * step_s
-        self.torque_nm = _lagged(motor_nm, plant.motor_time_constant_s, self._steps, step_s)
-        self.torque_nm += _hand_force(hand, middle.astype(np.float64))
-        self._friction = _lagged(brake_nm, plant.brake_time_constant_s, self._steps, step_s)
+        self.torque_nm = lagged(motor_nm, plant.motor_time_constant_s, self._steps, step_s)
+        self.torque_nm += hand_force(hand, middle.astype(np.float64))
+        self._friction = lagged(brake_nm, plant.brake_time_constant_s, self._steps, step_s)
         self._friction += plant.brake_drag_nm
 
     def run(self) -> tuple[Array, float]:

@@ -25,7 +25,7 @@ from torsio.demos import wall
 from torsio.emulator import Plant
 from torsio.printed.hands import Hand, ImpedanceHand, TorqueHand
 from torsio_studies.common import Results, Study
-from torsio_studies.fidelity import batch
+from torsio_studies.fidelity import batch, drake_model
 from torsio_studies.fidelity.figure import draw
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation, mujoco_version
 from torsio_studies.fidelity.truth import PLANT, Method, hand_torque, simulate_truth
@@ -176,6 +176,17 @@ def _scipy_rows(scenario: Scenario) -> Iterator[dict[str, Any]]:
         yield _row(scenario, "scipy", None, angles, cpu_s, settings=f"{method}, {rtol:g}")
 
 
+def _drake_rows(scenario: Scenario, work: list[drake_model.Choice]) -> Iterator[dict[str, Any]]:
+    hand, motor_nm, brake_nm = hand_torque(scenario.hand), scenario.motor_nm, scenario.brake_nm
+    for choice in work:
+        contact, step_us, accuracy = choice
+        angles, cpu_s = drake_model.simulate(
+            PLANT, hand, motor_nm, brake_nm, period_s=PERIOD_S, choice=choice
+        )
+        settings = contact if accuracy is None else f"{contact}, accuracy {accuracy:g}"
+        yield _row(scenario, "drake", step_us / 1e6, angles, cpu_s, settings=settings)
+
+
 def _candidates(quick: bool) -> list[Settings]:
     integrators = ["Euler", "implicitfast", "implicit", "RK4"]
     solvers = [("Newton", 100), ("Newton", 3), ("CG", 100), ("PGS", 100)]
@@ -306,6 +317,8 @@ def run(study: Study) -> Results:
         label = f"scenario {number}: own methods"
         rows += study.track(_own_rows(scenario, steps_us), label, len(METHODS) * len(steps_us))
         rows += study.track(_scipy_rows(scenario), f"scenario {number}: SciPy", len(SCIPY))
+        if work := drake_model.choices(mujoco_steps_us):
+            rows += study.track(_drake_rows(scenario, work), f"scenario {number}: Drake", len(work))
         mujoco = _MuJoCo(scenario)
         rows += mujoco.rows(study, mujoco_steps_us)
         summaries.append(_summary(scenario, rows, mujoco))
