@@ -14,7 +14,8 @@ from flint import arb
 import torsio
 from torsio.printed.hands import TorqueHand
 from torsio_studies.enclosure.balls import DIGITS, enclose
-from torsio_studies.enclosure.study import evaluate, random_case, scenes
+from torsio_studies.enclosure.cases import electric_case, random_case
+from torsio_studies.enclosure.study import evaluate, scenes
 from torsio_studies.execution import execute
 from torsio_studies.fidelity.truth import hand_torque
 
@@ -68,6 +69,44 @@ def test_emulator_is_within_rounding_of_the_truth_with_every_part(number: int) -
     assert row["digits"] >= DIGITS
     assert row["error"] < 1e-12
     assert max(row["losses"].values()) < 1e-12
+
+
+def test_balls_hold_the_closed_form_of_a_current_against_the_back_emf() -> None:
+    """A knob without friction or shaft: i' and w' are linear, and a matrix of two by two."""
+    getcontext().prec = DIGITS + 30
+    parts = torsio.Electrics(supply_resistance_ohm=0.0)
+    plant = replace(ALONE, knob_coulomb_nm=0.0, electrics=parts)
+    share = np.full(64, 0.5)
+    balls, run, _ = enclose(
+        plant, hand_torque(TorqueHand(torque_nm=0.0)), share, 0.0 * share, period_s=2.0**-10,
+        digits=90,
+    )  # fmt: skip
+    inertia, losses, ohm, henry, constant = (
+        Decimal(one)
+        for one in (2.0**-14, 2.0**-12, parts.winding_resistance_ohm, parts.winding_inductance_h,
+                    parts.torque_constant_nm_per_a)
+    )  # fmt: skip
+    volts = Decimal("0.5") * Decimal(parts.supply_v)
+    # i'' + p i' + q i = r by elimination, from i = 0 and i' = V / L.
+    total = ohm / henry + losses / inertia
+    product = (ohm * losses + constant**2) / (henry * inertia)
+    root = (total**2 / 4 - product).sqrt()
+    fast, slow = -total / 2 - root, -total / 2 + root
+    final = volts * losses / (ohm * losses + constant**2)
+    of_slow = (volts / henry + fast * final) / (slow - fast)
+    time = Decimal(64) / 1024
+    current = final + of_slow * (slow * time).exp() - (final + of_slow) * (fast * time).exp()
+    assert holds(balls[-1][2], current)
+    assert run.events == ["knob starts"]
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_current_of_the_emulator_is_within_rounding_of_the_truth(number: int) -> None:
+    (row,) = evaluate(electric_case(number, 20))
+    assert row["decided"]
+    assert row["digits"] >= DIGITS
+    assert row["error"] < 1e-12
+    assert row["current_error"] < 1e-12
 
 
 def test_ball_tells_a_parameter_from_the_next_one() -> None:

@@ -31,6 +31,7 @@ _TIE: Final = 1e-45  # s
 _HALVINGS: Final = 60
 _NEWTON: Final = 40
 _DERIVATIVES: Final = 3
+_UNKEPT: Final = 20  # times as dear: a piece of time whose flows are not kept
 
 Row = dict[int, Any]
 
@@ -68,8 +69,8 @@ class Enclosure:
         What has happened, by name, in order.
     """
 
-    def __init__(self, plant: PlantParams, hand: HandTorque, *, digits: int) -> None:
-        """Take the parameters as they are, and compute with so many digits."""
+    def __init__(self, plant: PlantParams, hand: HandTorque, *, digits: int, patience: int) -> None:
+        """Take the parameters as they are; compute with so many digits, in so many pieces."""
         ctx.dps = digits
         self.plant, self.hand = plant, hand
         self.state = arb_mat(_ONE + 1, 1)
@@ -79,17 +80,15 @@ class Enclosure:
         self.bend = 1 if plant.shaft_hardening else None
         self.cog = 0 if plant.cogging else None
         self.events: list[str] = []
-        self._time_s = arb(0)
+        self._time_s, self._patience = arb(0), patience
         self._modes = cache(self._mode)
         self._powers = cache(self._power)
 
     def advance(self, end_s: float, motor_command_nm: float, brake_command_nm: float) -> None:
-        """Go on to a time while these commands are held."""
-        command = min(max(brake_command_nm, 0.0), self.plant.brake_limit_nm)
-        limit = self.plant.motor_limit_nm
-        self.state[_CM, 0] = arb(min(max(motor_command_nm, -limit), limit))
-        self.state[_CB, 0] = arb(command)
-        if self.play * (arb(command) - self.state[_I, 0]) < 0:
+        """Go on to a time while these commands, or shares of the supply, are held."""
+        self.state[_CM, 0], command = self._targets(motor_command_nm, brake_command_nm)
+        self.state[_CB, 0] = command
+        if self.play * (command - self.state[_I, 0]) < 0:
             self.play = 0
         now_s = float(self._time_s.mid())
         while now_s < end_s:
@@ -100,9 +99,37 @@ class Enclosure:
             now_s = until_s
         self._time_s = arb(end_s)
 
-    def angles(self) -> tuple[Any, Any]:
-        """Give the balls of the knob's angle and of the brake's."""
-        return self.state[_A, 0], self.state[_B, 0]
+    def values(self) -> tuple[Any, ...]:
+        """Give the balls of the knob's angle and of the brake's; with electrics the current's."""
+        angles = self.state[_A, 0], self.state[_B, 0]
+        if (parts := self.plant.electrics) is None:
+            return angles
+        return *angles, self.state[_TM, 0] / arb(parts.torque_constant_nm_per_a)
+
+    def _targets(self, motor: float, brake: float) -> tuple[Any, Any]:
+        """Give where the torques of motor and brake go."""
+        plant = self.plant
+        if (parts := plant.electrics) is None:
+            limit_nm = plant.motor_limit_nm
+            motor = min(max(motor, -limit_nm), limit_nm)
+            return arb(motor), arb(min(max(brake, 0.0), plant.brake_limit_nm))
+        motor_nm = arb(parts.torque_constant_nm_per_a) / arb(parts.winding_resistance_ohm)
+        brake_nm = arb(parts.coil_torque_constant_nm_per_a) / arb(parts.coil_resistance_ohm)
+        volts = arb(parts.supply_v)
+        return arb(motor) * volts * motor_nm, arb(brake) * volts * brake_nm
+
+    def _rates(self) -> tuple[Any, Any, Any]:
+        """Give one over the lags of motor and brake, and the torque by the knob's speed."""
+        plant = self.plant
+        if (parts := plant.electrics) is None:
+            return (
+                1 / arb(plant.motor_time_constant_s),
+                1 / arb(plant.brake_time_constant_s),
+                arb(0),
+            )
+        ohm, constant = arb(parts.winding_resistance_ohm), arb(parts.torque_constant_nm_per_a)
+        coil = arb(parts.coil_resistance_ohm) / arb(parts.coil_inductance_h)
+        return ohm / arb(parts.winding_inductance_h), coil, constant * constant / ohm
 
     def _hand_at(self, now_s: float) -> tuple[Any, Any, float]:
         """Give force and slope, exactly, as `HandTorque.piece` gives them rounded."""
@@ -165,10 +192,8 @@ class Enclosure:
         brake_losses = {_WB: -arb(plant.brake_viscous_nm_s_per_rad)}
         if plant.belt is None:
             return knob, {}, _sum((1, shaft), (1, brake_losses))
-        stiffness, damping = (
-            arb(plant.belt.stiffness_nm_per_rad),
-            arb(plant.belt.damping_nm_s_per_rad),
-        )
+        stiffness = arb(plant.belt.stiffness_nm_per_rad)
+        damping = arb(plant.belt.damping_nm_s_per_rad)
         belt = {_P: stiffness, _B: -stiffness, _WP: damping, _WB: -damping}
         return knob, _sum((1, shaft), (-1, belt)), _sum((1, belt), (1, brake_losses))
 
@@ -203,11 +228,9 @@ class Enclosure:
                     stays.append((f"{name} starts", held))
         if plant.belt:
             rows[_P], rows[_WP] = {_WP: arb(1)}, _sum((1 / pulley, demands[1]))
-        for torque, command, lag_s in (
-            (_TM, _CM, plant.motor_time_constant_s), (_TB, _CB, plant.brake_time_constant_s),
-        ):  # fmt: skip
-            rate = 1 / arb(lag_s)
-            rows[torque] = {command: rate, torque: -rate}
+        motor_rate, rate, back_emf = self._rates()
+        rows[_TM] = {_CM: motor_rate, _TM: -motor_rate, _WA: -motor_rate * back_emf}
+        rows[_TB] = {_CB: rate, _TB: -rate}
         if plant.brake_hysteresis:
             rows[_I] = {_CB: rate, _I: -rate}
             rows[_TB] = rows[_I] if play else {}
@@ -286,14 +309,11 @@ class Enclosure:
                 span = arb(0).union(width)
                 within = (matrix * span).exp()
             spans = None if is_last else level
-            roots = [
-                (root, name, number)
-                for number, (name, function) in enumerate(stays)
-                if (
-                    root := self._root(key, function, (flow, within, width), spans, name == touched)
-                )
-                is not None
-            ]
+            found = (
+                (self._root(key, function, (flow, within, width), spans, name == touched), name, at)
+                for at, (name, function) in enumerate(stays)
+            )
+            roots = [one for one in found if one[0] is not None]
             if roots:
                 root, name, number = min(roots, key=lambda one: float(one[0].mid()))
                 others = [other for other, _, place in roots if place != number]
@@ -314,13 +334,14 @@ class Enclosure:
         todo = [(arb(0), self.state, power, level, is_zero, 0)]
         while todo:
             at, here, power, level, zero, depth = todo.pop()
+            self._patience -= 1 if level is not None else _UNKEPT
             verdict = self._looks(function, matrix, here, power, zero)
             if verdict == "none":
                 continue
             if verdict == "one":
                 return at + self._newton(function, matrix, here, power[2])
-            if depth > _HALVINGS:
-                raise UndecidedError("a function touches 0")
+            if depth > _HALVINGS or self._patience < 0:
+                raise UndecidedError("a function touches 0, or turns too fast")
             half, finer = power[2] / 2, None if level is None else level + 1
             if finer is None:
                 part = (matrix * half).exp(), (matrix * arb(0).union(half)).exp(), half
@@ -412,16 +433,17 @@ def enclose(
     *,
     period_s: float,
     digits: int,
-) -> tuple[list[tuple[Any, Any]], Enclosure, list[int]]:
-    """Give the angles' balls at the ends of the periods, the run, and the events up to each.
+    patience: int = 10**9,
+) -> tuple[list[tuple[Any, ...]], Enclosure, list[int]]:
+    """Give the balls of `values` at the ends of the periods, the run, and the events up to each.
 
     A ball about a turning state grows tenfold in some eight periods, so `digits` are lost on the
     way; the balls say how many are left.
     """
-    run = Enclosure(plant, hand, digits=digits)
+    run = Enclosure(plant, hand, digits=digits, patience=patience)
     balls, counts = [], []
     for number, (motor, brake) in enumerate(zip(motor_nm, brake_nm, strict=True)):
         run.advance((number + 1) * period_s, float(motor), float(brake))
-        balls.append(run.angles())
+        balls.append(run.values())
         counts.append(len(run.events))
     return balls, run, counts

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -14,80 +13,25 @@ from rich.console import Console
 from torsio.closed_loop import simulate
 from torsio.common.drawing import BLUE, ORANGE, headline
 from torsio.common.screen import line, table
-from torsio.emulator import Plant
-from torsio.printed.hands import Hand, TorqueHand
-from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio_studies.common import Results, Study
 from torsio_studies.design.spread import spread
 from torsio_studies.enclosure.balls import DIGITS, UndecidedError, enclose
+from torsio_studies.enclosure.cases import PERIOD_S, Case, electric_case, emulate, random_case
 from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.study import visits
 from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
 
 Array = npt.NDArray[np.float64]
 
-PERIOD_S: Final = 1e-3
 PLANTS: Final = 200
-_TICKS: Final = 60
 _DIGITS: Final = (150, 300, 600)  # to compute with, until enough of them are left
-_SPREAD: Final = 30.0
-"""Each parameter of a random plant is up to so many times the reference's, or one part of it."""
-_NAMES: Final = (
-    *("knob_inertia_kg_m2", "knob_viscous_nm_s_per_rad", "knob_coulomb_nm", "brake_inertia_kg_m2"),
-    *("brake_viscous_nm_s_per_rad", "brake_drag_nm", "shaft_stiffness_nm_per_rad"),
-    *("shaft_damping_nm_s_per_rad", "brake_time_constant_s", "motor_time_constant_s"),
-)
-
-
-@dataclass(frozen=True)
-class Case:
-    """Commands to a plant in a hand."""
-
-    name: str
-    plant: PlantParams
-    hand: Hand
-    motor_nm: tuple[float, ...]
-    brake_nm: tuple[float, ...]
-    with_scipy: bool = False
-
-
-def random_case(number: int, ticks: int = _TICKS) -> Case:
-    """Make a plant with every part, a hand that pulls to and fro, and commands that jump."""
-    random = np.random.default_rng([37, number])
-
-    def near(value: float, spread_by: float = _SPREAD) -> float:
-        return float(value * spread_by ** random.uniform(-1.0, 1.0))
-
-    reference = PlantParams()
-    values: dict[str, Any] = {name: near(getattr(reference, name)) for name in _NAMES}
-    plant = PlantParams(
-        **values,
-        shaft_hardening=ShaftHardening(knee_rad=near(5e-3), stiffness_factor=near(1.0, 4.0)),
-        brake_hysteresis=BrakeHysteresis(half_width_nm=near(5e-3)),
-        belt=Belt(
-            stiffness_nm_per_rad=near(60.0),
-            damping_nm_s_per_rad=near(1e-3),
-            pulley_inertia_kg_m2=float(random.uniform(0.1, 0.9)) * values["brake_inertia_kg_m2"],
-        ),
-        cogging=Cogging(
-            periods_per_rev=int(random.integers(1, 200)),
-            torque_nm=random.normal(0.0, 3e-3, int(random.integers(2, 17))).tolist(),
-        ),
-    )
-    # In whole microseconds: the emulator counts whole nanoseconds.
-    times = np.sort(random.uniform(0.0, ticks * PERIOD_S, 5)).round(6)
-    hand = TorqueHand(torque_nm=np.column_stack([times, random.uniform(-0.1, 0.1, 5)]))
-    held = np.arange(ticks) // 7
-    motor = random.uniform(-0.08, 0.08, ticks)[held]
-    brake = random.uniform(0.0, 0.1, ticks)[held]
-    return Case(f"plant {number}", plant, hand, tuple(motor.tolist()), tuple(brake.tolist()))
 
 
 def evaluate(case: Case) -> list[dict[str, Any]]:
     """Enclose a case; give the stepper's error, and in which event it grew."""
     motor, brake = np.array(case.motor_nm), np.array(case.brake_nm)
     torque = hand_torque(case.hand)
-    emulated = Plant(case.plant, case.hand).drive(motor, brake, period_ns=round(1e9 * PERIOD_S))
+    emulated = emulate(case)
     row: dict[str, Any] = {"name": case.name, "periods": len(motor)}
     for digits in _DIGITS:
         try:
@@ -97,23 +41,23 @@ def evaluate(case: Case) -> list[dict[str, Any]]:
         except UndecidedError as why:
             row = {**row, "decided": False, "why": str(why)}
             continue
-        radius = max(float(ball.rad()) for both in balls for ball in both)
+        radius = max(float(ball.rad()) for some in balls for ball in some)
         row = {**row, "decided": True}
         if radius < 10.0**-DIGITS:
             break
     if not row["decided"]:
         return [row]
-    middles = np.array([[float(ball.mid()) for ball in both] for both in balls])
-    range_rad = float(np.abs(middles).max()) or 1.0
+    middles = np.array([[float(ball.mid()) for ball in some] for some in balls])
+    range_rad = float(np.abs(middles[:, :2]).max()) or 1.0
 
-    def errors(angles: Array) -> Array:
-        pairs = zip(angles.tolist(), balls, strict=True)
+    def errors(values: Array) -> Array:
         return np.array([
-            max(float((arb(one) - ball).abs_upper()) for one, ball in zip(own, both, strict=True))
-            for own, both in pairs
+            [float((arb(one) - ball).abs_upper()) for one, ball in zip(own, some, strict=True)]
+            for own, some in zip(values.tolist(), balls, strict=True)
         ])  # fmt: skip
 
-    error = errors(emulated)
+    each = errors(emulated)
+    error = each[:, :2].max(axis=1)
     grown = np.diff(error, prepend=0.0) / range_rad
     losses: dict[str, float] = {}
     for growth, begin, end in zip(grown.tolist(), [0, *counts[:-1]], counts, strict=True):
@@ -125,6 +69,8 @@ def evaluate(case: Case) -> list[dict[str, Any]]:
         "digits": -math.log10(radius / range_rad) if radius else math.inf,
         "losses": losses,
     }
+    if case.plant.electrics:
+        row["current_error"] = float(each[:, 2].max() / np.abs(middles[:, 2]).max())
     if case.with_scipy:
         truth = simulate_truth(case.plant, torque, motor, brake, period_s=PERIOD_S)
         angles = np.column_stack([truth.angle_rad, truth.brake_angle_rad])
@@ -149,14 +95,16 @@ def scenes(*, quick: bool) -> list[Case]:
 def run(study: Study) -> Results:
     """Enclose the study's scenes and random plants."""
     plants = int(study.settings.get("plants") or (4 if study.quick else PLANTS))
-    work = [*scenes(quick=study.quick), *(random_case(number) for number in range(plants))]
+    cases = [*scenes(quick=study.quick), *(random_case(number) for number in range(plants))]
+    work = [*cases, *(electric_case(number) for number in range(max(2, plants // 10)))]
     report = study.counter("cases", len(work))
     found: dict[str, Any] = {}
     with spread(work, workers=study.settings.get("workers"), evaluate=evaluate) as (_, results):
         for case, (row,) in results:
             found[case.name] = row
             report(len(found))
-    rows = [found[case.name] for case in work]
+    rows = [found[case.name] for case in cases]
+    circuits = [found[case.name] for case in work[len(cases) :]]
     decided = [row for row in rows if row["decided"]]
     losses: dict[str, float] = {}
     for row in decided:
@@ -182,6 +130,7 @@ def run(study: Study) -> Results:
         figure.subplots_adjust(left=0.1, right=0.97, top=0.8, bottom=0.12)
     return {
         "rows": rows,
+        "electrics": circuits,
         "losses": dict(sorted(losses.items(), key=lambda one: -one[1])),
         "undecided": len(rows) - len(decided),
         "worst": max(decided, key=lambda row: float(row["error"])),
@@ -203,5 +152,12 @@ def show(results: Results, console: Console) -> None:
     line(console, f"median of {plants} plants: {results['median_error']:.1e}")
     if results["undecided"]:
         line(console, f"{results['undecided']} cases are undecided: two events too near")
+    circuits = [row for row in results["electrics"] if row["decided"]]
+    most = {key: max(row[key] for row in circuits) for key in ("error", "current_error")}
+    line(
+        console,
+        f"with electrics, {len(circuits)} plants: {min(row['digits'] for row in circuits):.0f} "
+        f"digits, angles {most['error']:.1e}, current {most['current_error']:.1e}",
+    )
     for name, growth in results["losses"].items():
         line(console, f"at most {growth:.1e} is lost in a period with: {name}")

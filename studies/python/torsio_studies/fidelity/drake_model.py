@@ -33,10 +33,7 @@ def choices(steps_us: tuple[int, ...]) -> list[Choice]:
     if find_spec("pydrake") is None:
         return []
     fixed: list[Choice] = [
-        (name, step, None)
-        for name, least in _LEAST_US.items()
-        for step in steps_us
-        if step >= least
+        (name, step, None) for name in _LEAST_US for step in steps_us if step >= _LEAST_US[name]
     ]
     # An integrator with error control, whose inputs are held for a step.
     return fixed + [("cenic", step, one) for step in (20, 100, 1000) for one in (1e-3, 1e-5, 1e-7)]
@@ -81,6 +78,8 @@ def simulate(
 ) -> tuple[Array, float]:
     """Give angles of knob and brake at the periods' ends, shape (n, 2), and the CPU time.
 
+    The angles are NaN if Drake gives up.
+
     The commands are of shape (n,), each held for `period_s`, which the step of `choice` divides.
     """
     drake = importlib.import_module("pydrake.all")
@@ -109,7 +108,7 @@ def simulate(
     steps, periods = round(period_s / step_s), len(motor_nm)
     begins = np.arange(periods * steps + 1) * step_s
     torque = lagged(motor_nm, plant.motor_time_constant_s, steps, step_s)
-    torque += hand_force(hand, begins[:-1] + 0.5 * step_s)
+    torque += hand_force(hand, (begins[:-1] + 0.5 * step_s).astype(np.float64))
     drag = lagged(brake_nm, plant.brake_time_constant_s, steps, step_s) + plant.brake_drag_nm
     coulomb = np.full_like(torque, -plant.knob_coulomb_nm)
     held = np.array([torque, coulomb, np.zeros_like(torque), -drag])
@@ -129,7 +128,10 @@ def simulate(
         drake.ApplySimulatorConfig(config, simulator)
     simulator.Initialize()
     begin = time.thread_time()
-    simulator.AdvanceTo((periods + 1e-6) * period_s)
+    try:
+        simulator.AdvanceTo((periods + 1e-6) * period_s)
+    except RuntimeError:  # its solver has not converged
+        return np.full((periods, 2), np.nan), time.thread_time() - begin
     cpu_s = time.thread_time() - begin
     angles = log.FindLog(simulator.get_context()).data()
     return angles[[knob.position_start(), brake.position_start()], 1 : periods + 1].T, cpu_s

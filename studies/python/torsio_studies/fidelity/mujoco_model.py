@@ -142,6 +142,7 @@ def lagged(command: Array, time_constant_s: float, steps: int, step_s: float) ->
 
 
 def hand_force(hand: HandTorque, times_s: Array) -> Array:
+    """Give a hand's torque but for what its stiffness and damping take, in N m."""
     value = np.interp(times_s, hand.corners_s, hand.values)
     if hand.stiffness_nm_per_rad == 0.0 and hand.damping_nm_s_per_rad == 0.0:
         return value
