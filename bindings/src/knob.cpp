@@ -15,12 +15,14 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "bytes.hpp"
+#include "conversion/config_kinds.hpp"
 #include "conversion/configuration.hpp"
 #include "convert.hpp"
 #include "interpreter.hpp"
@@ -291,15 +293,40 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
       .def("cut_power_in_next_save", call(&Emulator::cut_power_in_next_save));
 }
 
-/// Both ways of one configuration: NAME_config() and configure_NAME(config).
-template <class Config>
-void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob::*get)()) {
-  knob.def((name + "_config").c_str(), call(get));
-  knob.def(("configure_" + name).c_str(), call<Knob, void, const Config&>(&Knob::configure));
-  // As it travels.
-  knob.def_static(("encode_" + name).c_str(), [](const py::object& source) {
-    return to_bytes(protocol::encode(conversion::to_wire(from_python<Config>(source))));
-  });
+/// Calls `use(kind)` for the configuration of this name.
+template <class Result, class Use>
+Result with_config(std::string_view name, Use&& use) {
+  std::optional<Result> result;
+  std::apply(
+      [&](const auto&... kind) {
+        ((kind.name == name ? static_cast<void>(result.emplace(use(kind))) : void()), ...);
+      },
+      kConfigKinds);
+  if (!result) throw py::value_error("there is no configuration " + std::string(name));
+  return *std::move(result);
+}
+
+/// Both ways of a configuration, and how it travels.
+void bind_configs(py::class_<PyKnob>& knob) {
+  knob.def("config",
+           [](const PyKnob& self, const std::string& name) {
+             return with_config<py::object>(
+                 name, [&](const auto& kind) -> py::object { return call(kind.get)(self); });
+           })
+      .def("configure",
+           [](const PyKnob& self, const std::string& name, const py::object& source) {
+             with_config<bool>(name, [&]<class Config>(const ConfigKind<Config>&) {
+               const auto config = from_python<Config>(source);
+               self.run([&] { self->configure(config); });
+               return true;
+             });
+             self.pass_on();
+           })
+      .def_static("encode_config", [](const std::string& name, const py::object& source) {
+        return with_config<py::bytes>(name, [&]<class Config>(const ConfigKind<Config>&) {
+          return to_bytes(protocol::encode(conversion::to_wire(from_python<Config>(source))));
+        });
+      });
 }
 
 void bind_orders(py::class_<PyKnob>& knob) {
@@ -327,12 +354,7 @@ void bind_orders(py::class_<PyKnob>& knob) {
              });
            })
       .def("excite", call(&Knob::excite));
-  bind_config(knob, "actuator", &Knob::actuator_config);
-  bind_config(knob, "control", &Knob::control_config);
-  bind_config(knob, "board", &Knob::board_config);
-  bind_config(knob, "game", &Knob::game_config);
-  bind_config(knob, "shaft", &Knob::shaft_config);
-  bind_config(knob, "calibration", &Knob::calibration_config);
+  bind_configs(knob);
 }
 
 void bind_tap(py::module_& module) {

@@ -8,18 +8,13 @@
 #include "core/controller.hpp"
 #include "device/actuator_limits.hpp"
 #include "device/wiring.hpp"
+#include "protocol/configurations.hpp"
 #include "protocol/reports.hpp"
 #include "protocol/status.hpp"
 
 namespace torsio::device {
 
-struct Config {
-  protocol::ActuatorConfig actuator;
-  protocol::ControlConfig control;
-  protocol::BoardConfig board;
-  protocol::GameConfig game;
-  protocol::ShaftConfig shaft;
-  protocol::CalibrationConfig calibration;
+struct Config : protocol::Configurations {
   std::uint32_t calibrated_values = 0;  // checksum of those that `calibration` is about
 };
 
@@ -50,6 +45,17 @@ protocol::Verdict check_consistent(const protocol::ShaftConfig& config);
 
 /// Each pin can do its job on this board.
 protocol::Verdict check_consistent(const protocol::BoardConfig& config, WiringRule rule);
+
+/// Those of a report that has such a check.
+template <class Report>
+protocol::Verdict check_rules(const Report& report, [[maybe_unused]] WiringRule rule) {
+  if constexpr (requires { check_consistent(report); }) {
+    return check_consistent(report);
+  } else if constexpr (requires { check_consistent(report, rule); }) {
+    return check_consistent(report, rule);
+  }
+  return {};
+}
 
 /// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a
 /// half times what motor and brake can give together.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <tuple>
 #include <type_traits>
 
 #include "protocol/codec.hpp"
@@ -22,25 +23,18 @@ constexpr std::size_t kChecksumAt = kSlotSize - 4;
 
 template <class Report>
 constexpr std::size_t kStored = 1 + protocol::wire_size<Report>();
-static_assert(kReportsAt + kStored<protocol::ActuatorConfig> + kStored<protocol::ControlConfig> +
-                  kStored<protocol::BoardConfig> + kStored<protocol::GameConfig> +
-                  kStored<protocol::ShaftConfig> + kStored<protocol::CalibrationConfig> <=
-              kChecksumAt);
+static_assert([]<class... Report>(std::type_identity<std::tuple<Report...>>) {
+  return kReportsAt + (kStored<Report> + ...) <= kChecksumAt;
+}(std::type_identity<protocol::AllConfigurations>{}));
 
 /// Reads or writes the reports of a slot one after the other.
 template <class Config, class Visit>
 void for_each_part(Config& config, Visit&& visit) {
   std::size_t at = kReportsAt;
-  const auto one = [&]<class Report>(Report& report) {
+  protocol::for_each_configuration(config, [&]<class Report>(Report& report) {
     visit(report, at);
     at += kStored<std::remove_const_t<Report>>;
-  };
-  one(config.actuator);
-  one(config.control);
-  one(config.board);
-  one(config.game);
-  one(config.shaft);
-  one(config.calibration);
+  });
 }
 
 void put_u32(SlotBytes& bytes, std::size_t at, std::uint32_t value) {
@@ -68,11 +62,9 @@ std::optional<Config> read_slot(SlotView bytes, WiringRule rule) {
     std::copy_n(bytes.begin() + at, kStored<Report>, padded.begin());
     good = good && protocol::decode(padded, report).ok();
   });
-  if (!good || !check_consistent(config.actuator).ok() || !check_consistent(config.shaft).ok() ||
-      !check_consistent(config.board, rule).ok()) {
-    return std::nullopt;
-  }
-  return config;
+  protocol::for_each_configuration(
+      config, [&](const auto& report) { good = good && check_rules(report, rule).ok(); });
+  return good ? std::optional(config) : std::nullopt;
 }
 
 std::uint32_t follow(std::uint32_t crc, std::span<const std::uint8_t> bytes) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <type_traits>
 #include <utility>
 
 #include "device/prepare.hpp"
@@ -126,11 +127,7 @@ Verdict Device::set_feature(std::span<const std::uint8_t> report) {
   } else {
     decode_any(report, Direction::feature, [&](const auto& content, Verdict found) {
       verdict = found;
-      if constexpr (requires { check_consistent(content); }) {
-        if (verdict.ok()) verdict = check_consistent(content);
-      } else if constexpr (requires { check_consistent(content, board_.wiring_rule); }) {
-        if (verdict.ok()) verdict = check_consistent(content, board_.wiring_rule);
-      }
+      if (verdict.ok()) verdict = check_rules(content, board_.wiring_rule);
     });
   }
   if (verdict.ok() && armed()) verdict = {Status::not_disarmed};
@@ -246,36 +243,15 @@ Order Device::order_for(const EffectReport& report) {
   return order_of(Order::Kind::acknowledge);
 }
 
-Order Device::order_for(const protocol::ActuatorConfig& actuator) {
-  return change(&Config::actuator, actuator);
-}
-
-Order Device::order_for(const protocol::ControlConfig& control) {
-  return change(&Config::control, control);
-}
-
-Order Device::order_for(const protocol::BoardConfig& board) {
-  return change(&Config::board, board);
-}
-
-Order Device::order_for(const protocol::GameConfig& game) { return change(&Config::game, game); }
-
-Order Device::order_for(const protocol::ShaftConfig& shaft) {
-  return change(&Config::shaft, shaft);
-}
-
-Order Device::order_for(const protocol::CalibrationConfig& calibration) {
-  if (armed()) return refusal({Status::not_disarmed});
-  config_.calibrated_values = values_checksum(config_);
-  return change(&Config::calibration, calibration);
-}
-
-template <class Part>
-Order Device::change(Part Config::* part, const Part& report) {
+template <protocol::Configuration Part>
+Order Device::order_for(const Part& part) {
   // Only an order can arm, and none is on its way now: what is true here is true in the loop.
   if (armed()) return refusal({Status::not_disarmed});
+  if constexpr (std::is_same_v<Part, protocol::CalibrationConfig>) {
+    config_.calibrated_values = values_checksum(config_);
+  }
   const std::uint32_t counts_per_rev = config_.actuator.counts_per_rev;
-  config_.*part = report;
+  config_.*protocol::PlaceOf<Part>::value = part;
   return reconfigure(counts_per_rev);
 }
 
@@ -367,24 +343,6 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
           now.counters.tick_overruns, now.counters.tick_time_ns, now.counters.tick_time_max_ns,
           store_.saves(), now.owner, board_.reset_cause});
       return Status::ok;
-    case Layout<protocol::ActuatorConfig>::id:
-      report = protocol::encode(config_.actuator);
-      return Status::ok;
-    case Layout<protocol::ControlConfig>::id:
-      report = protocol::encode(config_.control);
-      return Status::ok;
-    case Layout<protocol::BoardConfig>::id:
-      report = protocol::encode(config_.board);
-      return Status::ok;
-    case Layout<protocol::GameConfig>::id:
-      report = protocol::encode(config_.game);
-      return Status::ok;
-    case Layout<protocol::ShaftConfig>::id:
-      report = protocol::encode(config_.shaft);
-      return Status::ok;
-    case Layout<protocol::CalibrationConfig>::id:
-      report = protocol::encode(calibration_now(config_));
-      return Status::ok;
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));
       return Status::ok;
@@ -397,8 +355,22 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
       }));
       return Status::ok;
     default:
-      return Status::unknown_report;
+      return get_configuration(id, report);
   }
+}
+
+Status Device::get_configuration(std::uint8_t id, protocol::ReportBytes& report) const {
+  Status status = Status::unknown_report;
+  protocol::for_each_configuration(config_, [&]<class Part>(const Part& part) {
+    if (id != Layout<Part>::id) return;
+    if constexpr (std::is_same_v<Part, protocol::CalibrationConfig>) {
+      report = protocol::encode(calibration_now(config_));
+    } else {
+      report = protocol::encode(part);
+    }
+    status = Status::ok;
+  });
+  return status;
 }
 
 Status Device::get_input(std::uint8_t id, protocol::ReportBytes& report) const {

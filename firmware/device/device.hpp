@@ -146,17 +146,12 @@ class Device {
   Order order_for(const protocol::LocalModel& model);
   Order order_for(const protocol::Excitation& excitation);
   Order order_for(const protocol::CurvePoints& points);
-  Order order_for(const protocol::ActuatorConfig& actuator);
-  Order order_for(const protocol::ControlConfig& control);
-  Order order_for(const protocol::BoardConfig& board);
-  Order order_for(const protocol::GameConfig& game);
-  Order order_for(const protocol::ShaftConfig& shaft);
-  Order order_for(const protocol::CalibrationConfig& calibration);
-  template <class Part>
-  Order change(Part Config::* part, const Part& report);
+  template <protocol::Configuration Part>
+  Order order_for(const Part& part);
   template <class EffectReport>
   Order order_for(const EffectReport& effect);
 
+  protocol::Status get_configuration(std::uint8_t id, protocol::ReportBytes& report) const;
   void gather_telemetry();
   void serve_dial(const Now& now);
   Order configure(const Config& config);

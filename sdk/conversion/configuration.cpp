@@ -25,8 +25,6 @@ protocol::ActuatorConfig to_wire(const ActuatorConfig& config) {
   return wire;
 }
 
-protocol::ControlConfig to_wire(const ControlConfig& config) { return convert(config); }
-
 protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule) {
   const protocol::BoardConfig wire = convert(config);
   const auto conflict = rule != nullptr ? rule(wire) : std::nullopt;
@@ -37,10 +35,6 @@ protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule
   }
   return wire;
 }
-
-protocol::GameConfig to_wire(const GameConfig& config) { return convert(config); }
-
-protocol::CalibrationConfig to_wire(const CalibrationConfig& config) { return convert(config); }
 
 protocol::ShaftConfig to_wire(const ShaftConfig& config) {
   const protocol::ShaftConfig wire = convert(config);

@@ -15,28 +15,13 @@
 #include <variant>
 #include <vector>
 
+#include "conversion/config_kinds.hpp"
 #include "conversion/field_check.hpp"
 #include "torsio/error.hpp"
 #include "torsio/fields.hpp"
 
 namespace torsio {
 namespace {
-
-/// One of them, and how a knob is asked for it.
-template <class Config>
-struct ConfigKind {
-  std::string_view name;
-  Config (Knob::*get)();
-};
-
-constexpr std::tuple kConfigKinds{
-    ConfigKind<ActuatorConfig>{"actuator_config", &Knob::actuator_config},
-    ConfigKind<ControlConfig>{"control_config", &Knob::control_config},
-    ConfigKind<BoardConfig>{"board_config", &Knob::board_config},
-    ConfigKind<GameConfig>{"game_config", &Knob::game_config},
-    ConfigKind<ShaftConfig>{"shaft_config", &Knob::shaft_config},
-    // The last: it is about the values of the others.
-    ConfigKind<CalibrationConfig>{"calibration_config", &Knob::calibration_config}};
 
 // Writing --------------------------------------------------------------------------------------
 

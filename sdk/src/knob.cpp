@@ -1,28 +1,19 @@
 #include "torsio/knob.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <utility>
 
-#include "connection.hpp"
-#include "conversion/configuration.hpp"
 #include "conversion/energies.hpp"
 #include "conversion/reading.hpp"
 #include "conversion/stability.hpp"
-#include "conversion/swings.hpp"
-#include "conversion/wire_types.hpp"
-#include "known_boards.hpp"
+#include "knob_impl.hpp"
 #include "limits.hpp"
 #include "protocol/registry.hpp"
 #include "protocol_names.hpp"
-#include "scene_player.hpp"
-#include "session.hpp"
-#include "telemetry_stream.hpp"
 
 namespace torsio {
 namespace {
@@ -87,180 +78,20 @@ SessionOptions session_options(const OpenOptions& options) {
           .interrupted = options.interrupted};
 }
 
-template <class Config>
-using Change = const std::function<void(Config&)>&;
-
 }  // namespace
 
-class Knob::Impl {
- public:
-  Impl(Connection connection, const OpenOptions& options)
-      : identity_(identify(*connection.transport)),
-        info_(describe(identity_, connection)),
-        session(std::move(connection.transport), session_options(options)),
-        player(session),
-        telemetry(session, session_options(options).command_timeout_ns) {
-    if (connection.make_emulator) emulator = connection.make_emulator(session);
-    session.set_identity(identity_);
-    telemetry.set_control_period(identity_.control_period_ns);
-    session.note(session.get<protocol::Health>());
-    note(session.get<protocol::ControlConfig>());
-  }
-
-  std::string play(const Scene& scene) {
-    const protocol::Identity device = identity();
-    const conversion::EncodedScene encoded = conversion::encode(
-        conversion::to_wire(scene, {.effects = device.effects,
-                                    .curve_points = device.curve_points,
-                                    .counts_per_rev = device.counts_per_rev,
-                                    .control_period_ns = device.control_period_ns}));
-    player.play(encoded);
-    std::vector<protocol::ReportBytes> reports = encoded.pieces;
-    for (const auto& slot : encoded.slots) reports.push_back(slot.report);
-    keep_scene(reports);
-    return swing_warning(reports);
-  }
-
-  void keep_scene(std::vector<protocol::ReportBytes> reports) {
-    const std::lock_guard lock(swings_mutex_);
-    scene_ = std::move(reports);
-    streamed_ = {};
-  }
-
-  std::string stream(const LocalModel& model) {
-    const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
-    session.send_while_armed(report);
-    std::vector<protocol::ReportBytes> reports;
-    {
-      const std::lock_guard lock(swings_mutex_);
-      // Sent a thousand times a second, and looked at when it is more than it was.
-      if (model.stiffness_nm_per_rad <= streamed_.stiffness_nm_per_rad &&
-          model.damping_nm_s_per_rad <= streamed_.damping_nm_s_per_rad) {
-        return {};
-      }
-      streamed_.stiffness_nm_per_rad =
-          std::max(streamed_.stiffness_nm_per_rad, model.stiffness_nm_per_rad);
-      streamed_.damping_nm_s_per_rad =
-          std::max(streamed_.damping_nm_s_per_rad, model.damping_nm_s_per_rad);
-      reports = scene_;
-    }
-    reports.push_back(report);
-    return swing_warning(reports);
-  }
-
-  [[nodiscard]] protocol::Identity identity() const {
-    const std::lock_guard lock(mutex_);
-    return identity_;
-  }
-  [[nodiscard]] DeviceInfo info() const {
-    const std::lock_guard lock(mutex_);
-    return info_;
-  }
-
-  /// A report in the user's structure, but for what is more than one of its numbers.
-  template <class Host, class Report>
-  Host read(const Report& report) const {
-    return conversion::read<Host>(report, identity());
-  }
-
-  Clock clock() {
-    const auto report = session.get<protocol::Clock>();
-    auto clock = read<Clock>(report);
-    clock.angle_rad = conversion::angle_rad(report.position_counts, identity());
-    return clock;
-  }
-
-  template <class Config>
-  Config config() {
-    using Wire = typename WireType<Config>::type;
-    return conversion::convert_back<Config>(session.get<Wire>());
-  }
-
-  template <class Config>
-  void change(Knob& knob, const std::function<void(Config&)>& change) {
-    Config changed = config<Config>();
-    change(changed);
-    knob.configure(changed);
-  }
-
-  void note(const protocol::ControlConfig& config) {
-    session.set_watchdog(static_cast<double>(config.watchdog_s));
-    autonomous_ = config.autonomous == protocol::Toggle::on;
-  }
-
-  /// The configuration has changed: units may be others, and the scene may be gone.
-  void look_again() {
-    const auto identity = session.get<protocol::Identity>();
-    bool had_other_counts = false;
-    {
-      const std::lock_guard lock(mutex_);
-      had_other_counts = identity_.counts_per_rev != identity.counts_per_rev;
-      identity_ = identity;
-      conversion::read_into(info_, identity, identity);
-    }
-    session.set_identity(identity);
-    note(session.get<protocol::ControlConfig>());
-    {
-      const std::lock_guard lock(swings_mutex_);
-      configs_.reset();
-    }
-    if (had_other_counts) {
-      forget_scene();
-    } else {
-      player.forget();
-    }
-  }
-
-  void forget_scene() {
-    player.forget_playing();
-    keep_scene({});
-  }
-
-  void close() noexcept { session.close(!autonomous_); }
-  void disarm_to_close() noexcept {
-    if (!autonomous_ && session.is_open()) session.disarm_quietly();
-  }
-
- private:
-  mutable std::mutex mutex_;  // guards the next two
-  protocol::Identity identity_;
-  DeviceInfo info_;
-  std::atomic<bool> autonomous_{false};
-
-  std::string swing_warning(const std::vector<protocol::ReportBytes>& reports) {
-    std::optional<Configs> configs;
-    {
-      const std::lock_guard lock(swings_mutex_);
-      configs = configs_;
-    }
-    if (!configs) {
-      try {
-        configs.emplace(session.get<protocol::ActuatorConfig>(),
-                        session.get<protocol::ControlConfig>());
-      } catch (const Interrupted&) {
-        throw;
-      } catch (const Error&) {  // the scene plays; what cannot be judged is no failure of it
-        return {};
-      }
-      const std::lock_guard lock(swings_mutex_);
-      configs_ = configs;
-    }
-    return conversion::swing_warning(reports, configs->first, configs->second,
-                                     identity().control_period_ns);
-  }
-
-  using Configs = std::pair<protocol::ActuatorConfig, protocol::ControlConfig>;
-  std::mutex swings_mutex_;  // guards the next three, and is not held while the device is asked
-  std::optional<Configs> configs_;
-  std::vector<protocol::ReportBytes> scene_;
-  LocalModel streamed_;  // most stiffness and damping since the scene began
-
- public:
-  Session session;
-  ScenePlayer player;
-  TelemetryStream telemetry;
-  std::unique_ptr<Emulator> emulator;
-};
+Knob::Impl::Impl(Connection connection, const OpenOptions& options)
+    : identity_(identify(*connection.transport)),
+      info_(describe(identity_, connection)),
+      session(std::move(connection.transport), session_options(options)),
+      player(session),
+      telemetry(session, session_options(options).command_timeout_ns) {
+  if (connection.make_emulator) emulator = connection.make_emulator(session);
+  session.set_identity(identity_);
+  telemetry.set_control_period(identity_.control_period_ns);
+  session.note(session.get<protocol::Health>());
+  note(session.get<protocol::ControlConfig>());
+}
 
 Knob::Knob(Connection connection, const OpenOptions& options)
     : impl_(std::make_unique<Impl>(std::move(connection), options)) {}
@@ -410,37 +241,6 @@ std::string Knob::stream_local_model(const LocalModel& model) { return impl().st
 void Knob::excite(const Excitation& excitation) {
   impl().session.request(conversion::to_wire(excitation));
 }
-
-ActuatorConfig Knob::actuator_config() { return impl().config<ActuatorConfig>(); }
-ControlConfig Knob::control_config() { return impl().config<ControlConfig>(); }
-BoardConfig Knob::board_config() { return impl().config<BoardConfig>(); }
-GameConfig Knob::game_config() { return impl().config<GameConfig>(); }
-ShaftConfig Knob::shaft_config() { return impl().config<ShaftConfig>(); }
-CalibrationConfig Knob::calibration_config() { return impl().config<CalibrationConfig>(); }
-
-void Knob::configure(const ActuatorConfig& config) {
-  impl().session.set(conversion::to_wire(config));
-  impl().look_again();
-}
-void Knob::configure(const ControlConfig& config) {
-  impl().session.set(conversion::to_wire(config));
-  impl().look_again();
-}
-void Knob::configure(const BoardConfig& config) {
-  impl().session.set(conversion::to_wire(config, wiring_rule(impl().identity().board)));
-}
-void Knob::configure(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
-void Knob::configure(const ShaftConfig& config) { impl().session.set(conversion::to_wire(config)); }
-void Knob::configure(const CalibrationConfig& config) {
-  impl().session.set(conversion::to_wire(config));
-}
-
-void Knob::update(Change<ActuatorConfig> change) { impl().change(*this, change); }
-void Knob::update(Change<ControlConfig> change) { impl().change(*this, change); }
-void Knob::update(Change<BoardConfig> change) { impl().change(*this, change); }
-void Knob::update(Change<GameConfig> change) { impl().change(*this, change); }
-void Knob::update(Change<ShaftConfig> change) { impl().change(*this, change); }
-void Knob::update(Change<CalibrationConfig> change) { impl().change(*this, change); }
 
 void Knob::load_defaults() {
   impl().session.command(protocol::Op::load_defaults);

@@ -61,6 +61,90 @@ def sdk_config() -> str:
     )
 
 
+_CONFIGURE = (
+    "Sets a whole configuration: fields that were left at their defaults take these, whatever the "
+    "device had. To change some and keep the rest there is update(). Another counts_per_rev also "
+    "empties the scene; a board's wiring takes effect when the device starts the next time, if it "
+    "was saved. A calibration is of the values of actuator and shaft that the device has now."
+)
+_CONFIGURE_THROWS = (
+    "@throws InvalidArgument that names the field, also for a pin with two jobs; Refused "
+    "(not_disarmed)"
+)
+_UPDATE = (
+    "Changes fields of a configuration and keeps the rest: "
+    "`knob.update([](ControlConfig& control) { control.law = Law::compensated; })`. "
+    "The type that `change` takes says which one."
+)
+
+
+def _each_configuration(line: str, *first: str) -> str:
+    """Write a line for each configuration, the first with a comment that counts for all."""
+    lines = [line.format(config=of.name, snake=of.snake) for of in configurations.CONFIGURATIONS]
+    return (
+        "".join(map(cpp.comment, first))
+        + f"{lines[0]}\n"
+        + "".join(f"{one}  ///< as above\n" for one in lines[1:])
+    )
+
+
+def sdk_knob_configurations() -> str:
+    """Write sdk/include/torsio/knob_configurations.hpp."""
+    body = (
+        "/// The members of a Knob that are about one configuration each.\n"
+        "class TORSIO_EXPORT KnobConfigurations {\n public:\n"
+        + _each_configuration("[[nodiscard]] {config} {snake}();", "What the device has.")
+        + _each_configuration(
+            "void configure(const {config}& config);", _CONFIGURE, _CONFIGURE_THROWS
+        )
+        + _each_configuration(
+            "void update(const std::function<void({config}&)>& change);",
+            _UPDATE,
+            "@throws as configure(), and what `change` throws",
+        )
+        + "\n protected:\n  KnobConfigurations() = default;\n};\n"
+    )
+    return _sdk_header(
+        "A knob's configurations, one by one.",
+        ("<functional>", "torsio/config.hpp", "torsio/export.hpp"),
+        body,
+    )
+
+
+def sdk_knob_configurations_source() -> str:
+    """Write sdk/src/knob_configurations.cpp."""
+    own = "KnobConfigurations::"
+    body = "".join(
+        f"{of.name} {own}{of.snake}() {{ return Knob::Impl::of(*this).config<{of.name}>(); }}\n"
+        f"void {own}configure(const {of.name}& config) {{ Knob::Impl::of(*this).configure(config); }}\n"
+        f"void {own}update(const std::function<void({of.name}&)>& change) {{\n"
+        "Knob::Impl::update(*this, change);\n}\n\n"
+        for of in configurations.CONFIGURATIONS
+    )
+    return (
+        cpp.comment(cpp.GENERATED.format(lists=LISTS), "//")
+        + '#include "torsio/knob_configurations.hpp"\n\n#include "knob_impl.hpp"\n\n'
+        + f"namespace torsio {{\n\n{body}}}  // namespace torsio\n"
+    )
+
+
+def sdk_config_kinds() -> str:
+    """Write sdk/conversion/config_kinds.hpp."""
+    kinds = ",\n".join(
+        f'ConfigKind<{of.name}>{{"{of.snake}", &Knob::{of.snake}}}'
+        for of in configurations.CONFIGURATIONS
+    )
+    return _sdk_header(
+        "All configurations, to go through.",
+        ("<string_view>", "<tuple>", "torsio/knob.hpp"),
+        "/// A configuration by its name, and how a knob is asked for it.\n"
+        "template <class Config>\nstruct ConfigKind {\nusing Type = Config;\nstd::string_view name;\n"
+        "Config (Knob::*get)();\n};\n\n"
+        "/// The last is about the values of the others.\n"
+        f"inline constexpr std::tuple kConfigKinds{{\n{kinds}}};\n",
+    )
+
+
 def sdk_emulator_options() -> str:
     """Write sdk/include/torsio/emulator_options.hpp."""
     return _sdk_header(
@@ -210,6 +294,9 @@ def emulator_beginnings() -> str:
 FILES = {
     "sdk/include/torsio/scene.hpp": sdk_scene,
     "sdk/include/torsio/config.hpp": sdk_config,
+    "sdk/include/torsio/knob_configurations.hpp": sdk_knob_configurations,
+    "sdk/src/knob_configurations.cpp": sdk_knob_configurations_source,
+    "sdk/conversion/config_kinds.hpp": sdk_config_kinds,
     "sdk/include/torsio/emulator_options.hpp": sdk_emulator_options,
     "sdk/include/torsio/telemetry.hpp": sdk_telemetry,
     "sdk/include/torsio/fields.hpp": sdk_fields,

@@ -210,6 +210,25 @@ def python_configurations() -> str:
     )
 
 
+def python_config_questions() -> str:
+    """Write the module of a knob's methods that ask for one configuration."""
+    listed = configurations.CONFIGURATIONS
+    body = "from __future__ import annotations\n\nfrom typing import TypeVar\n\n"
+    names = sorted(["Config", *(of.name for of in listed)])
+    body += f"from torsio.printed.config import {', '.join(names)}\n\n"
+    body += '{all}\n\n_Config = TypeVar("_Config", bound=Config)\n\n\nclass ConfigQuestions:\n'
+    body += '    """A method for each configuration of a device."""\n\n'
+    body += "    def config(self, kind: type[_Config]) -> _Config:\n"
+    body += '        """Ask the device for one."""\n        raise NotImplementedError\n'
+    body += "".join(
+        f"\n    def {of.snake}(self) -> {of.name}:\n"
+        f'        """Ask the device for its `{of.name}`."""\n'
+        f"        return self.config({of.name})\n"
+        for of in listed
+    )
+    return python.module("A method for each configuration.", LISTS, body, ("ConfigQuestions",))
+
+
 def python_told() -> str:
     """Write the module with the structures that a knob returns."""
     body = (
@@ -304,6 +323,7 @@ FILES = {
     "bindings/python/torsio/printed/emulator_options.py": python_emulator_options,
     "bindings/python/torsio/printed/scenes.py": python_scenes,
     "bindings/python/torsio/printed/config.py": python_configurations,
+    "bindings/python/torsio/printed/config_questions.py": python_config_questions,
     "bindings/python/torsio/printed/told.py": python_told,
     "bindings/python/torsio/telemetry.py": python_telemetry,
     "bindings/python/torsio/printed/statuses.py": python_statuses,

@@ -86,6 +86,31 @@ def wire_configuration() -> str:
     )
 
 
+def wire_configurations() -> str:
+    """Write firmware/protocol/configurations.hpp."""
+    listed = configurations.CONFIGURATIONS
+    names = {of.name: of.name.removesuffix("Config").lower() for of in listed}
+    members = "".join(f"{of} {name};\n" for of, name in names.items())
+    visits = "".join(f"visit(all.{name});\n" for name in names.values())
+    places = "".join(
+        f"template <>\nstruct PlaceOf<{of}> {{\n"
+        f"static constexpr auto value = &Configurations::{name};\n}};\n"
+        for of, name in names.items()
+    )
+    body = cpp.report_list("AllConfigurations", "Their reports.", listed)
+    body += f"/// One of each.\nstruct Configurations {{\n{members}}};\n\n"
+    body += "/// Where a report has its place among them.\n"
+    body += f"template <class Report>\nstruct PlaceOf;\n{places}\n"
+    body += (
+        "template <class Report>\nconcept Configuration = requires { PlaceOf<Report>::value; };\n\n"
+    )
+    body += "/// Calls `visit(part)` for each.\ntemplate <class All, class Visit>\n"
+    body += f"constexpr void for_each_configuration(All& all, Visit&& visit) {{\n{visits}}}\n"
+    return _wire_header(
+        "All configurations, to go through.", ("<tuple>", "protocol/configuration.hpp"), body
+    )
+
+
 def wire_reports() -> str:
     """Write firmware/protocol/reports.hpp."""
     listed: list[Structure] = [
@@ -143,5 +168,6 @@ FILES = {
     "firmware/protocol/enumerations.hpp": wire_enumerations,
     "firmware/protocol/effects.hpp": wire_effects,
     "firmware/protocol/configuration.hpp": wire_configuration,
+    "firmware/protocol/configurations.hpp": wire_configurations,
     "firmware/protocol/reports.hpp": wire_reports,
 }

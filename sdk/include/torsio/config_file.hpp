@@ -11,9 +11,8 @@
 
 namespace torsio {
 
-/// The configuration that the knob has: an object for each of `actuator_config`, `control_config`,
-/// `board_config`, `game_config`, `shaft_config` and `calibration_config`, with their fields by
-/// name.
+/// The configuration that the knob has: an object for each of KnobConfigurations, as in
+/// `actuator_config`, with its fields by name.
 /// @throws what Knob::actuator_config() does
 [[nodiscard]] TORSIO_EXPORT std::string dump_config(Knob& knob);
 

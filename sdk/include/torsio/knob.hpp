@@ -17,6 +17,7 @@
 #include "torsio/emulator.hpp"
 #include "torsio/error.hpp"
 #include "torsio/export.hpp"
+#include "torsio/knob_configurations.hpp"
 #include "torsio/scene.hpp"
 #include "torsio/telemetry.hpp"
 #include "torsio/transport.hpp"
@@ -117,7 +118,7 @@ TORSIO_EXPORT void start_bootloader(std::string_view selector = {},
 ///
 /// Time-outs and durations count in the device's time: the wall clock, or the virtual clock of an
 /// emulated device that is not paced.
-class TORSIO_EXPORT Knob {
+class TORSIO_EXPORT Knob : public KnobConfigurations {
  public:
   /// Opens a device. It is as it was left: call state() to see whether it is armed.
   /// @param selector path, serial number, "emulated", "emulated:NAME", or empty for the only real
@@ -237,35 +238,6 @@ class TORSIO_EXPORT Knob {
 
   // Configuration ----------------------------------------------------------------------------
 
-  [[nodiscard]] ActuatorConfig actuator_config();        ///< The device's: the actuator as built,
-  [[nodiscard]] ControlConfig control_config();          ///< how it controls,
-  [[nodiscard]] BoardConfig board_config();              ///< how it is wired,
-  [[nodiscard]] GameConfig game_config();                ///< what games may do,
-  [[nodiscard]] ShaftConfig shaft_config();              ///< where its shaft bends,
-  [[nodiscard]] CalibrationConfig calibration_config();  ///< how well all that is known.
-  /// Sets a whole configuration: fields that were left at their defaults take these, whatever the
-  /// device had. To change some and keep the rest there is update(). Another counts_per_rev also
-  /// empties the scene; a board's wiring takes effect when the device starts the next time, if it
-  /// was saved.
-  /// @throws InvalidArgument that names the field, also for a pin with two jobs; Refused
-  ///         (not_disarmed)
-  void configure(const ActuatorConfig& config);
-  void configure(const ControlConfig& config);  ///< As above.
-  void configure(const BoardConfig& config);    ///< As above.
-  void configure(const GameConfig& config);     ///< As above.
-  void configure(const ShaftConfig& config);    ///< As above.
-  /// As above, of the values of actuator and shaft that the device has now.
-  void configure(const CalibrationConfig& config);
-  /// Changes fields of a configuration and keeps the rest:
-  /// `knob.update([](ControlConfig& control) { control.law = Law::compensated; })`.
-  /// The type that `change` takes says which one.
-  /// @throws as configure(), and what `change` throws
-  void update(const std::function<void(ActuatorConfig&)>& change);
-  void update(const std::function<void(ControlConfig&)>& change);      ///< As above.
-  void update(const std::function<void(BoardConfig&)>& change);        ///< As above.
-  void update(const std::function<void(GameConfig&)>& change);         ///< As above.
-  void update(const std::function<void(ShaftConfig&)>& change);        ///< As above.
-  void update(const std::function<void(CalibrationConfig&)>& change);  ///< As above.
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 
@@ -333,6 +305,7 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] Emulator& emulator() const;
 
  private:
+  friend class KnobConfigurations;
   class Impl;
   Knob(Connection connection, const OpenOptions& options);
   Impl& impl() const;

@@ -14,8 +14,8 @@ __all__ = ["dump_config", "load_config"]
 def dump_config(knob: Knob) -> str:
     """Give the configuration that a knob has.
 
-    There is an object for each of `actuator_config`, `control_config`, `board_config`,
-    `game_config`, `shaft_config` and `calibration_config`, with their fields by name.
+    There is an object for each of `torsio.CONFIGS`, as in `actuator_config`, with its fields by
+    name.
     """
     checks.kind("knob", knob, Knob, "a knob")
     return knob._configuration.dump()

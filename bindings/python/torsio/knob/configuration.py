@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 from difflib import get_close_matches
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from torsio import _torsio
 from torsio.common import checks
 from torsio.knob.recording import KnobRecording
-from torsio.printed.config import (
-    CONFIGS,
-    ActuatorConfig,
-    BoardConfig,
-    CalibrationConfig,
-    Config,
-    ControlConfig,
-    GameConfig,
-    ShaftConfig,
-)
+from torsio.printed.config import CONFIGS, Config
 
 __all__ = ["KnobConfiguration"]
 
-_NAMES: Final = {config: name for name, config in CONFIGS.items()}
-_CONFIG_OF: Final = {field.name: config for config in _NAMES for field in fields(config)}
-assert len(_CONFIG_OF) == sum(len(fields(c)) for c in _NAMES), "a name has two meanings"
+_Config = TypeVar("_Config", bound=Config)
+
+_NAMES: Final[dict[type, str]] = {config: f"{name}_config" for name, config in CONFIGS.items()}
+_CONFIG_OF: Final = {field.name: config for config in CONFIGS.values() for field in fields(config)}
+assert len(_CONFIG_OF) == sum(len(fields(c)) for c in CONFIGS.values()), "a name has two meanings"
 
 
 class KnobConfiguration:
@@ -34,29 +28,10 @@ class KnobConfiguration:
         self._knob = knob
         self._recording = recording
 
-    def actuator_config(self) -> ActuatorConfig:
-        """Ask the device for the actuator as it knows it."""
-        return ActuatorConfig(**self._knob.actuator_config())
-
-    def control_config(self) -> ControlConfig:
-        """Ask the device how it controls."""
-        return ControlConfig(**self._knob.control_config())
-
-    def board_config(self) -> BoardConfig:
-        """Ask the device what is wired to its board."""
-        return BoardConfig(**self._knob.board_config())
-
-    def game_config(self) -> GameConfig:
-        """Ask the device what games may do."""
-        return GameConfig(**self._knob.game_config())
-
-    def shaft_config(self) -> ShaftConfig:
-        """Ask the device where its shaft bends."""
-        return ShaftConfig(**self._knob.shaft_config())
-
-    def calibration_config(self) -> CalibrationConfig:
-        """Ask the device how well the values of actuator and shaft are known."""
-        return CalibrationConfig(**self._knob.calibration_config())
+    def ask(self, kind: type[_Config]) -> _Config:
+        """Ask the device for one."""
+        make: Callable[..., _Config] = kind
+        return make(**self._knob.config(_NAMES[kind]))
 
     def configure(self, config: Config) -> None:
         """Set a whole configuration while disarmed.
@@ -74,7 +49,7 @@ class KnobConfiguration:
         """
         if type(config) not in _NAMES:
             raise TypeError(f"not a configuration: {checks.show(config)}")
-        getattr(self._knob, f"configure_{_NAMES[type(config)]}")(config)
+        self._knob.configure(_NAMES[type(config)], config)
         self._recording.note("configure", config=config)
 
     def update(self, /, **changes: Any) -> None:
@@ -83,8 +58,7 @@ class KnobConfiguration:
         Parameters
         ----------
         changes
-            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig`, `GameConfig`,
-            `ShaftConfig` and `CalibrationConfig`, as in
+            Fields of one of `torsio.CONFIGS`, as in
             ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
 
         Raises
@@ -101,8 +75,7 @@ class KnobConfiguration:
             places = " and ".join(f"{name} of {kind.__name__}" for kind, name in configs.items())
             raise TypeError(f"update() changes one configuration at a time, not {places}")
         config = next(iter(configs))
-        current = config(**getattr(self._knob, f"{_NAMES[config]}_config")())
-        self.configure(replace(current, **changes))
+        self.configure(replace(self.ask(config), **changes))
 
     def dump(self) -> str:
         """Give all of them as `torsio.dump_config` does."""
@@ -117,9 +90,7 @@ class KnobConfiguration:
 
     def all(self) -> tuple[Config, ...]:
         """Ask the device for each."""
-        return tuple(
-            config(**getattr(self._knob, f"{name}_config")()) for name, config in CONFIGS.items()
-        )
+        return tuple(map(self.ask, CONFIGS.values()))
 
     def save(self) -> None:
         """Keep the configuration over power-off. Returns when it is safe."""

@@ -21,6 +21,7 @@ from torsio.knob.recording import KnobRecording
 from torsio.knob.steps import Steps
 from torsio.knob.telemetry import KnobTelemetry
 from torsio.knob.warnings import held_low, no_speed_limit, unlikely
+from torsio.printed.config_questions import ConfigQuestions
 from torsio.printed.scenes import Excitation, Scene
 from torsio.printed.told import (
     Clock,
@@ -44,7 +45,7 @@ _MAX_EFFECTS = 16
 _RECORDED_SLICE_S = 0.125
 
 
-class Knob:
+class Knob(ConfigQuestions):
     """An open knob, made by `torsio.open`. Use it in a ``with`` statement.
 
     Every method may be called from any thread, and every method that waits lets other threads run
@@ -334,12 +335,7 @@ class Knob:
 
     # Configuration --------------------------------------------------------------------------
 
-    actuator_config = of_part("_configuration", KnobConfiguration.actuator_config)
-    control_config = of_part("_configuration", KnobConfiguration.control_config)
-    board_config = of_part("_configuration", KnobConfiguration.board_config)
-    game_config = of_part("_configuration", KnobConfiguration.game_config)
-    shaft_config = of_part("_configuration", KnobConfiguration.shaft_config)
-    calibration_config = of_part("_configuration", KnobConfiguration.calibration_config)
+    config = of_part("_configuration", KnobConfiguration.ask)
     configure = of_part("_configuration", KnobConfiguration.configure)
     update = of_part("_configuration", KnobConfiguration.update)
     save = of_part("_configuration", KnobConfiguration.save)

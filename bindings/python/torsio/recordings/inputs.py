@@ -113,8 +113,9 @@ def _inputs(
     kept = recorded.metadata["configuration"]
     yield DeviceInput(0, "power", b"\1")
     for name, config in CONFIGS.items():
-        encode = getattr(_torsio.Knob, f"encode_{name}")
-        yield DeviceInput(0, "feature", encode(config(**kept[config.__name__])))
+        values = config(**kept[config.__name__])
+        report = _torsio.Knob.encode_config(f"{name}_config", values)
+        yield DeviceInput(0, "feature", report)
     actuator = ActuatorConfig(**kept["ActuatorConfig"])
     counts = -counts if actuator.encoder_reversed else counts
     wire = (counts % (1 << actuator.counter_bits)).astype("<u4")

@@ -13,14 +13,7 @@ import torsio
 from torsio import core, protocol
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
 from torsio.emulator import EmulatedDevice
-from torsio.printed.config import (
-    ActuatorConfig,
-    BoardConfig,
-    CalibrationConfig,
-    ControlConfig,
-    GameConfig,
-    ShaftConfig,
-)
+from torsio.printed.config import ActuatorConfig
 from torsio.printed.hands import FeedbackHand, ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.printed.scenes import (
@@ -94,14 +87,7 @@ EXPERIMENT: Final = Excitation(
 MUST_BE_GIVEN: Final = {
     "excitation": {"duration_s": 1.0, "travel_rad": 1.0, "speed_limit_rad_s": 10.0}
 }
-CONFIGS: Final = (
-    ActuatorConfig(),
-    ControlConfig(),
-    BoardConfig(),
-    GameConfig(),
-    ShaftConfig(),
-    CalibrationConfig(),
-)
+CONFIGS: Final = tuple(kind() for kind in torsio.CONFIGS.values())
 
 
 Make = Callable[[], Any]

@@ -1,0 +1,205 @@
+/// @file
+/// What a Knob consists of.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "connection.hpp"
+#include "conversion/configuration.hpp"
+#include "conversion/reading.hpp"
+#include "conversion/swings.hpp"
+#include "conversion/wire_types.hpp"
+#include "known_boards.hpp"
+#include "scene_player.hpp"
+#include "session.hpp"
+#include "telemetry_stream.hpp"
+#include "torsio/knob.hpp"
+
+namespace torsio {
+
+class Knob::Impl {
+ public:
+  Impl(Connection connection, const OpenOptions& options);
+
+  /// @throws Closed
+  static Impl& of(KnobConfigurations& part) { return static_cast<Knob&>(part).impl(); }
+
+  std::string play(const Scene& scene) {
+    const protocol::Identity device = identity();
+    const conversion::EncodedScene encoded = conversion::encode(
+        conversion::to_wire(scene, {.effects = device.effects,
+                                    .curve_points = device.curve_points,
+                                    .counts_per_rev = device.counts_per_rev,
+                                    .control_period_ns = device.control_period_ns}));
+    player.play(encoded);
+    std::vector<protocol::ReportBytes> reports = encoded.pieces;
+    for (const auto& slot : encoded.slots) reports.push_back(slot.report);
+    keep_scene(reports);
+    return swing_warning(reports);
+  }
+
+  void keep_scene(std::vector<protocol::ReportBytes> reports) {
+    const std::lock_guard lock(swings_mutex_);
+    scene_ = std::move(reports);
+    streamed_ = {};
+  }
+
+  std::string stream(const LocalModel& model) {
+    const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
+    session.send_while_armed(report);
+    std::vector<protocol::ReportBytes> reports;
+    {
+      const std::lock_guard lock(swings_mutex_);
+      // Sent a thousand times a second, and looked at when it is more than it was.
+      if (model.stiffness_nm_per_rad <= streamed_.stiffness_nm_per_rad &&
+          model.damping_nm_s_per_rad <= streamed_.damping_nm_s_per_rad) {
+        return {};
+      }
+      streamed_.stiffness_nm_per_rad =
+          std::max(streamed_.stiffness_nm_per_rad, model.stiffness_nm_per_rad);
+      streamed_.damping_nm_s_per_rad =
+          std::max(streamed_.damping_nm_s_per_rad, model.damping_nm_s_per_rad);
+      reports = scene_;
+    }
+    reports.push_back(report);
+    return swing_warning(reports);
+  }
+
+  [[nodiscard]] protocol::Identity identity() const {
+    const std::lock_guard lock(mutex_);
+    return identity_;
+  }
+  [[nodiscard]] DeviceInfo info() const {
+    const std::lock_guard lock(mutex_);
+    return info_;
+  }
+
+  /// A report in the user's structure, but for what is more than one of its numbers.
+  template <class Host, class Report>
+  Host read(const Report& report) const {
+    return conversion::read<Host>(report, identity());
+  }
+
+  Clock clock() {
+    const auto report = session.get<protocol::Clock>();
+    auto clock = read<Clock>(report);
+    clock.angle_rad = conversion::angle_rad(report.position_counts, identity());
+    return clock;
+  }
+
+  template <class Config>
+  Config config() {
+    using Wire = typename WireType<Config>::type;
+    return conversion::convert_back<Config>(session.get<Wire>());
+  }
+
+  template <class Config>
+  void configure(const Config& config) {
+    if constexpr (std::is_same_v<Config, BoardConfig>) {
+      session.set(conversion::to_wire(config, wiring_rule(identity().board)));
+    } else {
+      session.set(conversion::to_wire(config));
+    }
+    // What units, signs of life and warnings of a scene depend on.
+    if constexpr (std::is_same_v<Config, ActuatorConfig> || std::is_same_v<Config, ControlConfig>) {
+      look_again();
+    }
+  }
+
+  template <class Config>
+  static void update(KnobConfigurations& part, const std::function<void(Config&)>& change) {
+    Config changed = of(part).template config<Config>();
+    change(changed);
+    of(part).configure(changed);
+  }
+
+  void note(const protocol::ControlConfig& config) {
+    session.set_watchdog(static_cast<double>(config.watchdog_s));
+    autonomous_ = config.autonomous == protocol::Toggle::on;
+  }
+
+  /// The configuration has changed: units may be others, and the scene may be gone.
+  void look_again() {
+    const auto identity = session.get<protocol::Identity>();
+    bool had_other_counts = false;
+    {
+      const std::lock_guard lock(mutex_);
+      had_other_counts = identity_.counts_per_rev != identity.counts_per_rev;
+      identity_ = identity;
+      conversion::read_into(info_, identity, identity);
+    }
+    session.set_identity(identity);
+    note(session.get<protocol::ControlConfig>());
+    {
+      const std::lock_guard lock(swings_mutex_);
+      configs_.reset();
+    }
+    if (had_other_counts) {
+      forget_scene();
+    } else {
+      player.forget();
+    }
+  }
+
+  void forget_scene() {
+    player.forget_playing();
+    keep_scene({});
+  }
+
+  void close() noexcept { session.close(!autonomous_); }
+  void disarm_to_close() noexcept {
+    if (!autonomous_ && session.is_open()) session.disarm_quietly();
+  }
+
+ private:
+  mutable std::mutex mutex_;  // guards the next two
+  protocol::Identity identity_;
+  DeviceInfo info_;
+  std::atomic<bool> autonomous_{false};
+
+  std::string swing_warning(const std::vector<protocol::ReportBytes>& reports) {
+    std::optional<Configs> configs;
+    {
+      const std::lock_guard lock(swings_mutex_);
+      configs = configs_;
+    }
+    if (!configs) {
+      try {
+        configs.emplace(session.get<protocol::ActuatorConfig>(),
+                        session.get<protocol::ControlConfig>());
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const Error&) {  // the scene plays; what cannot be judged is no failure of it
+        return {};
+      }
+      const std::lock_guard lock(swings_mutex_);
+      configs_ = configs;
+    }
+    return conversion::swing_warning(reports, configs->first, configs->second,
+                                     identity().control_period_ns);
+  }
+
+  using Configs = std::pair<protocol::ActuatorConfig, protocol::ControlConfig>;
+  std::mutex swings_mutex_;  // guards the next three, and is not held while the device is asked
+  std::optional<Configs> configs_;
+  std::vector<protocol::ReportBytes> scene_;
+  LocalModel streamed_;  // most stiffness and damping since the scene began
+
+ public:
+  Session session;
+  ScenePlayer player;
+  TelemetryStream telemetry;
+  std::unique_ptr<Emulator> emulator;
+};
+
+}  // namespace torsio
