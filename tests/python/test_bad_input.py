@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -470,4 +471,6 @@ def test_sub_interpreter_is_refused() -> None:
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
     )
-    assert "torsio works in the main interpreter only" in done.stdout, done.stderr
+    # Newer versions of Python say it themselves.
+    words = "torsio works in the main interpreter only|does not support loading in subinterpreters"
+    assert re.search(words, done.stdout), done.stderr

@@ -99,11 +99,11 @@ def _has_floats(kind: type) -> bool:
 def test_every_class_with_quantities_is_offered_what_is_not_finite() -> None:
     good_ones = (*not_finite.LOOPS, *not_finite.CONFIGS, not_finite.EXPERIMENT)
     offered = {kind for good in good_ones for kind in _parts(good)}
-    public = {
+    public = [
         getattr(module, name)
         for module in (closed_loop, config, hands, scenes)
         for name in module.__all__
-    }
+    ]
     wanted = {
         one
         for one in public
