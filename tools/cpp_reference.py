@@ -18,7 +18,20 @@ _SDK, _PLANT = TREE / "sdk/include/torsio", TREE / "emulator/include/torsio"
 HEADERS = tuple(
     folder / f"{name}.hpp"
     for folder, name in (
-        *((_SDK, name) for name in ("knob", "scene", "telemetry", "config", "error", "emulator")),
+        *(
+            (_SDK, name)
+            for name in (
+                *(
+                    "knob",
+                    "knob_configurations",
+                    "scene",
+                    "telemetry",
+                    "config",
+                    "error",
+                    "emulator",
+                ),
+            )
+        ),
         (_SDK, "emulator_options"),
         (_PLANT, "plant"),
         *((_SDK, name) for name in ("config_file", "firmware", "hotplug", "transport")),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import statistics
+
 import pytest
 
 from tests.board.dangers import keep_busy
@@ -217,14 +219,19 @@ def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: in
     pico.turn(60)
     if walls:
         pico.arm_at_wall(walls, **WEAK_DAMPED)
-    pico.run(5)
-    health = pico.get("health")
-    seen = pico.status()["tick_ns"]
+    told, seen = [], []
+    for _ in range(9):  # now and then a tick looks at the heat as well
+        pico.run(0.57)
+        told.append(pico.get("health"))
+        seen.append(pico.status()["tick_ns"])
     # The bench sees the processor enter and leave as well, and the current being taken.
-    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.1)
+    assert told[-1]["tick_time_max_ns"] == pytest.approx(seen[-1]["most"], rel=0.1)
     if pico.model.step_ns == pico.model.tick_ns:  # or the last interrupt may have been no tick
-        assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.1)
-    assert health["tick_overruns"] == 0
+        usual_ns = statistics.median(one["last"] for one in seen)
+        assert statistics.median(one["tick_time_ns"] for one in told) == pytest.approx(
+            usual_ns, rel=0.1
+        )
+    assert told[-1]["tick_overruns"] == 0
 
 
 def test_saving_while_armed_is_refused(pico: EmulatedPico) -> None:

@@ -91,7 +91,7 @@ def calibration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
     path = folder / "KNOB.json"
     monkeypatch.setattr(keeping, "place_of", lambda _: path)
     valid = json.dumps({"quantities": {"inertia": 1e-5}, "conditions": {"serial": "KNOB"}})
-    takes = ("nowhere", "nothing")  # nobody has calibrated it
+    takes = ("nowhere", "nothing", "utf-16", "utf-32")  # nobody has calibrated it
     return Reader(path, valid.encode(), lambda: keeping.kept("KNOB"), takes=takes)
 
 

@@ -15,7 +15,7 @@ __all__ = ["Cogging", "find_waves"]
 _MOST_PERIODS, _MOST_WAVES = 128, 8
 # Noise alone gives the best of so many waves a few parts in a hundred. The first must be beyond all
 # doubt, or a motor without cogging has some.
-_FIRST, _LATER = 0.8, 0.85
+_FIRST, _LATER = 0.7, 0.85
 _POINTS = 360
 """Points of the table: more than two for each of the shortest waves."""
 

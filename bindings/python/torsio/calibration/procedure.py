@@ -49,6 +49,7 @@ STEPS = ("signs", "friction and inertia", "shaft", "brake")
 _PLAUSIBLE = 5.0
 # Share of a wave of the cogging beyond which the slow turns do not tell its size.
 _SEEN_THROUGH_SHAFT = 0.6
+_LEAST_WAVE_NM = 2e-4  # smaller ones may be noise, and widen the intervals alone
 
 
 def calibrate(
@@ -279,7 +280,9 @@ def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
 
 
 def _check_cogging(free: Free, shaft: Shaft) -> None:
-    if shaft.shape_nm > 0.0 or free.through_shaft > _SEEN_THROUGH_SHAFT:
+    is_wave = free.amplitude.value > _LEAST_WAVE_NM
+    is_hidden = is_wave and free.through_shaft > _SEEN_THROUGH_SHAFT
+    if is_hidden or shaft.shape_nm > _LEAST_WAVE_NM:
         raise Refusal(
             STEPS[2], "unexplained", "the turns do not tell how large the motor's cogging is: it "
             "cogs so often in a turn that the brake's side swings with it, or something rubs or "
