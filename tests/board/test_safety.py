@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
-
 import pytest
 
 from tests.board.dangers import keep_busy
 from tests.board.pico import MS, EmulatedPico, PowerCut, enumerated
+from tests.mcu.mcu import as_documented
 
 WEAK_DAMPED = {"stiffness_nm_per_rad": 0.1, "damping_nm_s_per_rad": 1e-4}
 
@@ -219,19 +218,15 @@ def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: in
     pico.turn(60)
     if walls:
         pico.arm_at_wall(walls, **WEAK_DAMPED)
-    told, seen = [], []
-    for _ in range(9):  # now and then a tick looks at the heat as well
-        pico.run(0.57)
-        told.append(pico.get("health"))
-        seen.append(pico.status()["tick_ns"])
+    pico.run(5)
+    health = pico.get("health")
+    seen = pico.status()["tick_ns"]
     # The bench sees the processor enter and leave as well, and the current being taken.
-    assert told[-1]["tick_time_max_ns"] == pytest.approx(seen[-1]["most"], rel=0.1)
+    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.1)
     if pico.model.step_ns == pico.model.tick_ns:  # or the last interrupt may have been no tick
-        usual_ns = statistics.median(one["last"] for one in seen)
-        assert statistics.median(one["tick_time_ns"] for one in told) == pytest.approx(
-            usual_ns, rel=0.1
-        )
-    assert told[-1]["tick_overruns"] == 0
+        # The device tells of the tick before, which may have had less to do.
+        assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=as_documented(0.1))
+    assert health["tick_overruns"] == 0
 
 
 def test_saving_while_armed_is_refused(pico: EmulatedPico) -> None:
