@@ -59,7 +59,7 @@ from torsio.trading import trade
 
 __version__ = _torsio.__version__
 
-# A knob, and finding one.
+# A knob, and finding one. Type checkers read no list within a list.
 __all__ = [
     "DeviceEvent",
     "DeviceWatch",
@@ -72,9 +72,11 @@ __all__ = [
     "watch",
 ]
 # What it shall feel like.
-__all__ += [*scenes.__all__, "deg", "trade"]
+__all__ += scenes.__all__
+__all__ += ["deg", "trade"]
 # What its parts are.
-__all__ += [*config.__all__, "dump_config", "load_config"]
+__all__ += config.__all__
+__all__ += ["dump_config", "load_config"]
 # What it did.
 __all__ += ["TELEMETRY_DTYPE", "Recorded", "RecordingFile", "Telemetry", "live", "load", "replay"]
 # An emulated knob and its hand.
