@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <iterator>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -22,8 +22,10 @@ namespace fs = std::filesystem;
 
 /// Nothing if it cannot be read, for example because the device has just left.
 std::string content(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  const std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();  // an iterator would throw if the device leaves between opening and reading
+  return text.str();
 }
 
 /// The value of a line `KEY=VALUE`; nothing if there is none.

@@ -31,14 +31,19 @@ ROOM_BYTES = 6000
 
 @contextmanager
 def full_disk(most_bytes: int = ROOM_BYTES) -> Iterator[None]:
-    """Let no file grow beyond a few thousand bytes, as on a full disk."""
+    """Let no file grow beyond a few thousand bytes, as on a full disk.
+
+    Nor does Python write what it compiles: it would read the part that fits as the whole.
+    """
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, hard))
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        sys.dont_write_bytecode = writes
         signal.signal(signal.SIGXFSZ, before)
 
 

@@ -119,6 +119,19 @@ TEST_CASE("hidraw: a device that leaves meanwhile is left out, and the others st
   }
 }
 
+TEST_CASE("hidraw: a file that opens and cannot be read is that of a device that leaves") {
+  for (const char* lost : {"device/uevent", "device/report_descriptor", "uevent"}) {
+    CAPTURE(lost);
+    Sysfs sysfs;
+    sysfs.plug(0, kVendor);
+    sysfs.plug(1, kVendor);
+    const fs::path file = fs::canonical(sysfs.root() / "class/hidraw0" / lost);
+    fs::remove(file);
+    fs::create_directory(file);  // opens, and each read of it fails
+    CHECK(paths(sysfs.list()) == std::vector<std::string>{"/dev/hidraw1"});
+  }
+}
+
 TEST_CASE("hidraw: a system without such devices has no knobs") {
   Sysfs sysfs;
   CHECK(sysfs.list().empty());
