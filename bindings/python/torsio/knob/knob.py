@@ -335,25 +335,48 @@ class Knob(ConfigQuestions):
 
     # Configuration --------------------------------------------------------------------------
 
-    config = of_part("_configuration", KnobConfiguration.ask)
-    configure = of_part("_configuration", KnobConfiguration.configure)
-    update = of_part("_configuration", KnobConfiguration.update)
-    save = of_part("_configuration", KnobConfiguration.save)
-    load_defaults = of_part("_configuration", KnobConfiguration.load_defaults)
+    @of_part("_configuration", KnobConfiguration.ask)
+    def config(self) -> None: ...
+
+    @of_part("_configuration", KnobConfiguration.configure)
+    def configure(self) -> None: ...
+
+    @of_part("_configuration", KnobConfiguration.update)
+    def update(self) -> None: ...
+
+    @of_part("_configuration", KnobConfiguration.save)
+    def save(self) -> None: ...
+
+    @of_part("_configuration", KnobConfiguration.load_defaults)
+    def load_defaults(self) -> None: ...
 
     # Telemetry ------------------------------------------------------------------------------
 
-    start_telemetry = of_part("_telemetry", KnobTelemetry.start_telemetry)
-    stop_telemetry = of_part("_telemetry", KnobTelemetry.stop_telemetry)
-    latest = of_part("_telemetry", KnobTelemetry.latest)
-    read = of_part("_telemetry", KnobTelemetry.read)
-    record = of_part("_telemetry", KnobTelemetry.record)
-    telemetry = of_part("_telemetry", KnobTelemetry.telemetry)
+    @of_part("_telemetry", KnobTelemetry.start_telemetry)
+    def start_telemetry(self) -> None: ...
+
+    @of_part("_telemetry", KnobTelemetry.stop_telemetry)
+    def stop_telemetry(self) -> None: ...
+
+    @of_part("_telemetry", KnobTelemetry.latest)
+    def latest(self) -> None: ...
+
+    @of_part("_telemetry", KnobTelemetry.read)
+    def read(self) -> None: ...
+
+    @of_part("_telemetry", KnobTelemetry.record)
+    def record(self) -> None: ...
+
+    @of_part("_telemetry", KnobTelemetry.telemetry)
+    def telemetry(self) -> None: ...
 
     # Events ---------------------------------------------------------------------------------
 
-    events = of_part("_events", KnobEvents.events)
-    on_event = of_part("_events", KnobEvents.on_event)
+    @of_part("_events", KnobEvents.events)
+    def events(self) -> None: ...
+
+    @of_part("_events", KnobEvents.on_event)
+    def on_event(self) -> None: ...
 
     # Recording ------------------------------------------------------------------------------
 

@@ -15,11 +15,14 @@ _Result = TypeVar("_Result")
 
 def of_part(
     part: str, method: Callable[Concatenate[_Part, _Given], _Result]
-) -> Callable[Concatenate[Any, _Given], _Result]:
-    """Make a method for a class that has a part of this name; it calls the part's method."""
+) -> Callable[[Callable[..., None]], Callable[Concatenate[Any, _Given], _Result]]:
+    """Put a part's method in the place of one that only gives the name.
+
+    A plain assignment would have no declared type, which type checkers ask of a package.
+    """
 
     @wraps(method)
     def call(whole: Any, /, *given: _Given.args, **named: _Given.kwargs) -> _Result:
         return method(getattr(whole, part), *given, **named)
 
-    return call
+    return lambda _: call
