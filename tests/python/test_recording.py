@@ -160,7 +160,8 @@ def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path)
             recording.put(lambda _: recording._writer.flush(), [None])
     whole = file.read_bytes()
     sizes = set()
-    for end in range(0, len(whole), 997):
+    # The last eight bytes are the format's closing mark, without which all is there.
+    for end in range(0, len(whole) - 8, 997):
         file.write_bytes(whole[:end])
         if end < began:
             with pytest.raises(torsio.Error, match="torn before it began"):
