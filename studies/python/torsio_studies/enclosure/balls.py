@@ -31,7 +31,6 @@ _TIE: Final = 1e-45  # s
 _HALVINGS: Final = 60
 _NEWTON: Final = 40
 _DERIVATIVES: Final = 3
-_UNKEPT: Final = 20  # times as dear: a piece of time whose flows are not kept
 
 Row = dict[int, Any]
 
@@ -69,8 +68,8 @@ class Enclosure:
         What has happened, by name, in order.
     """
 
-    def __init__(self, plant: PlantParams, hand: HandTorque, *, digits: int, patience: int) -> None:
-        """Take the parameters as they are; compute with so many digits, in so many pieces."""
+    def __init__(self, plant: PlantParams, hand: HandTorque, *, digits: int) -> None:
+        """Take the parameters as they are; compute with so many digits."""
         ctx.dps = digits
         self.plant, self.hand = plant, hand
         self.state = arb_mat(_ONE + 1, 1)
@@ -80,7 +79,7 @@ class Enclosure:
         self.bend = 1 if plant.shaft_hardening else None
         self.cog = 0 if plant.cogging else None
         self.events: list[str] = []
-        self._time_s, self._patience = arb(0), patience
+        self._time_s = arb(0)
         self._modes = cache(self._mode)
         self._powers = cache(self._power)
 
@@ -334,14 +333,13 @@ class Enclosure:
         todo = [(arb(0), self.state, power, level, is_zero, 0)]
         while todo:
             at, here, power, level, zero, depth = todo.pop()
-            self._patience -= 1 if level is not None else _UNKEPT
             verdict = self._looks(function, matrix, here, power, zero)
             if verdict == "none":
                 continue
             if verdict == "one":
                 return at + self._newton(function, matrix, here, power[2])
-            if depth > _HALVINGS or self._patience < 0:
-                raise UndecidedError("a function touches 0, or turns too fast")
+            if depth > _HALVINGS:
+                raise UndecidedError("a function touches 0")
             half, finer = power[2] / 2, None if level is None else level + 1
             if finer is None:
                 part = (matrix * half).exp(), (matrix * arb(0).union(half)).exp(), half
@@ -433,14 +431,13 @@ def enclose(
     *,
     period_s: float,
     digits: int,
-    patience: int = 10**9,
 ) -> tuple[list[tuple[Any, ...]], Enclosure, list[int]]:
     """Give the balls of `values` at the ends of the periods, the run, and the events up to each.
 
     A ball about a turning state grows tenfold in some eight periods, so `digits` are lost on the
     way; the balls say how many are left.
     """
-    run = Enclosure(plant, hand, digits=digits, patience=patience)
+    run = Enclosure(plant, hand, digits=digits)
     balls, counts = [], []
     for number, (motor, brake) in enumerate(zip(motor_nm, brake_nm, strict=True)):
         run.advance((number + 1) * period_s, float(motor), float(brake))
