@@ -1,4 +1,4 @@
-"""The kernel's own tests of USB devices on the knob; docs/reference/usb.md says which."""
+"""The kernel's own tests of USB devices on the knob; docs/reference/usb.md says why not all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.kernels_own_tests
 
 @pytest.fixture(autouse=True)
 def _driver(kernel: str) -> Iterator[None]:
-    # As strict as it can be: what devices of this world do wrong is not let pass.
+    # As strict as possible: common mistakes of other devices do not pass.
     with loaded(kernel, {"realworld": 0}):
         yield
 
@@ -30,8 +30,8 @@ def works(knob: VirtualKnob) -> None:
         assert len(opened.record(duration_s=0.1)) == 100
 
 
-# A report that the knob does not know is answered like any other. Nobody reads the answers here, so
-# that after two dozen it takes no more: a test has to write less than that, packet by packet.
+# The knob answers a report that it does not know. Nobody reads the answers here, so after two dozen
+# it takes no more: a test must write less than that, packet by packet.
 MOST_WRITES = 16
 
 
