@@ -23,7 +23,7 @@ def test_check_passes(name: str) -> None:
 
 
 def test_every_header_is_compiled_alone() -> None:
-    # Those of users here, which takes seconds; `./dev check` and `.ci/slow` compile all.
+    # The headers for users only, which takes seconds; `./dev check` and `.ci/slow` compile all.
     target = "torsio_sdk_verify_interface_header_sets"
     configure = ["cmake", "--preset", "headers"]
     for command in (configure, ["cmake", "--build", "build/headers", "--target", target]):

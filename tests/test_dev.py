@@ -182,7 +182,7 @@ def test_group_covers_what_its_tests_import(name: str) -> None:
 
 @pytest.mark.parametrize("to_its_end", [True, False])
 def test_what_must_come_to_its_end_is_waited_for(tmp_path: Path, *, to_its_end: bool) -> None:
-    # As apt, which leaves a system that nobody can install on if it is ended half-way.
+    # Like apt: ended half-way, it leaves a system on which nobody can install.
     program = (
         "import pathlib, sys, time; from tools.dev import running\n"
         "running.LOGS = pathlib.Path(sys.argv[1])\n"

@@ -148,7 +148,7 @@ def _unknown(line: str) -> list[str]:
     """Give the words of a command line that the command `torsio` does not know."""
     words = line.split()
     if words[0].startswith("-") or words[0] in ("study", "rehearse"):
-        return []  # of the program itself, or of packages that need not be here
+        return []  # a module of the program, or an optional package
     command = _commands().get(words.pop(0))
     if command is None:
         return [line]

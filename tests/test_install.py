@@ -122,8 +122,7 @@ def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
     assert not _installed(prefix)
 
 
-# What hidapi's own CMake installs, as far as it matters here; the name of the target is its
-# backend's.
+# Like the part of hidapi's own CMake files that matters here; the target's name is its backend's.
 HIDAPI_PACKAGE = """
 add_library(hidapi::include INTERFACE IMPORTED)
 set_target_properties(hidapi::include PROPERTIES

@@ -105,7 +105,7 @@ LATE = {
     *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.apps.stability_figure"),
     *("torsio.common.plots", "torsio.trading.figure"),
     "torsio.apps",  # by the fixtures of pytest
-    # ... and what the other commands need not wait for.
+    # ... and the imports that slow the other commands down.
     *("torsio_studies.execution", "f'torsio_studies.{name}.study'"),
 }
 

@@ -13,7 +13,7 @@ from tools import cpp_reference, site
 TREE = Path(__file__).parent.parent
 # Not a lambda's brackets.
 LINK = re.compile(r"(?<!\[)\]\(((?!https?:|#)[^)#\s]+)")
-# A comment, and what it is of.
+# A comment, and the name that it explains.
 PUBLIC = re.compile(
     r"((?:^///.*\n)+)(?:class|struct|enum class|using) (?:TORSIO_EXPORT )?(\w+)", re.MULTILINE
 )

@@ -163,7 +163,7 @@ double run_encoder(const std::vector<Angle>& angles) {
   return took;
 }
 
-/// The firmware alone: the control loop, or with what the main loop does besides.
+/// The firmware alone: the control loop, or the main loop too.
 double run_firmware(const std::vector<std::uint32_t>& counts, std::int64_t period_ns,
                     bool main_loop) {
   device::BoardInfo board;

@@ -25,7 +25,7 @@ from torsio.printed.plant import Belt, Cogging, PlantParams
 from torsio.printed.scenes import Wall
 
 TREE = Path(__file__).parents[2]
-GOAL_REALTIME_FACTOR = 2000  # of the whole device at 10 kHz
+GOAL_REALTIME_FACTOR = 2000  # the whole device at 10 kHz
 
 
 def measure(program: Path, seconds: float, repeats: int) -> list[dict[str, Any]]:

@@ -22,7 +22,7 @@ TREE = Path(__file__).parents[2]
 sys.path.insert(0, str(TREE))  # this file is also run as a program
 from tests.studio.browser import armed, chromium, drag_to, number, opened, state_is  # noqa: E402
 
-_WALL_RAD = 0.3  # of the page's first scene
+_WALL_RAD = 0.3  # the page's first scene
 
 
 def measure() -> dict[str, float]:

@@ -50,7 +50,7 @@ _GOALS = {
     "page_cpu_share": 0.15,
     "latency_ms": 50.0,
 }
-# Arms as soon as one can and turns the knob into the wall, as fast as nobody could.
+# Arms as soon as it can and turns the knob into the wall.
 _HASTE = """
   addEventListener("DOMContentLoaded", () => {
     const at = (name) => performance.mark(name);
@@ -141,7 +141,7 @@ def _shown(page: Page) -> list[int]:
 def _measured(page: Page, process: int) -> dict[str, Any]:
     """Measure a page that shows a knob."""
     page.wait_for_function("window.studio.samples() > 4000")
-    time.sleep(SETTLED_S)  # the browser has compiled by then what it runs often
+    time.sleep(SETTLED_S)  # the browser has compiled its busy code by now
     begin, spent, drawn = time.perf_counter(), _cpu_s(process), _cpu_s(process, b"--type=renderer")
     before = _shown(page)
     time.sleep(MEASURED_S)

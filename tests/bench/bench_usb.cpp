@@ -61,9 +61,8 @@ void telemetry(const char* path, double rate_hz, double duration_s) {
               cpu_seconds() - cpu_begin);
 }
 
-/// Seconds of this computer's clock less the device's, and how far off that may be. The device
-/// tells the time of its last tick, in the middle of a round trip: of some answers the one counts
-/// that was back the soonest behind the tick that it tells of.
+/// Seconds of this computer's clock less the device's, and the uncertainty. The device tells the
+/// time of its last tick. Of some answers the one counts that came back soonest after its tick.
 struct ClockOffset {
   double seconds = 0;
   double error_s = 0;

@@ -105,7 +105,7 @@ def python_telemetry(
         while time.monotonic() - begin < duration_s:
             ticks.append(knob.read()["tick"].copy())
         elapsed_s, cpu_s = time.monotonic() - begin, time.process_time() - cpu_begin
-        knob.stop_telemetry()  # what nobody reads any more is not lost
+        knob.stop_telemetry()  # samples from here on are not lost
     all_ticks = np.concatenate(ticks)
     missing = int(np.sum(np.diff(all_ticks.astype(np.int64)) // step - 1))
     return len(all_ticks), missing, elapsed_s, cpu_s

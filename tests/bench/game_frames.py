@@ -12,7 +12,7 @@ from tests.python.game import CONSTANT, Game
 from tests.vm.guest.torque_log import FULL_NM, Floats
 
 Line = dict[str, Any]
-CURVE = 0.5  # of full torque
+CURVE = 0.5  # share of full torque
 FRAMES_HZ = (60, 120, 360)
 
 

@@ -35,8 +35,8 @@ FUNCTION void flash_range_program(uint32_t address, uint32_t data, uint32_t coun
   wait_for_flash();
 }
 
-// As fast as the real one's, about: the main loop of the firmware spends much of its time here.
-// Words where both places allow it; what the compiler would make calls of itself is volatile.
+// About as fast as the real one, because the firmware's main loop spends much time here. `volatile`
+// keeps the compiler from making calls of these loops.
 FUNCTION uint8_t* fill(uint8_t* to, uint8_t value, uint32_t count) {
   volatile uint8_t* byte = to;
   for (; count > 0 && ((uint32_t)byte & 3) != 0; --count) *byte++ = value;

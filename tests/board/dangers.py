@@ -134,7 +134,7 @@ DANGERS = (
 
 
 SUPPLY_RETURNS_MS = 55.0
-# To a board with a divider at its supply. The winding's guard is behind it, and comes later.
+# The board has a divider at its supply, which acts before the winding's guard.
 SUPPLY_DANGERS = tuple(
     Danger(f"{name}, with the divider", _motor(supply=supply_v), "supply", "supply", 2.5,
            _motor(supply=12), behind="winding", by_chance_ms=0.5,
@@ -209,7 +209,7 @@ def named(faults: int) -> str:
     return ", ".join(name for n, name in enumerate(FAULTS) if faults >> n & 1)
 
 
-# Rated for so little current that they get warm while one waits, and with what they get then.
+# Parts rated for so little current that they get warm within the test.
 RATED_A, PUSHED_A = {"motor": 0.2, "coil": 6e-3}, {"motor": 1.7, "coil": 0.25}
 TIME_CONSTANT_S = {"motor": 10.0, "coil": 100.0}
 LITTLE: dict[str, dict[str, Any]] = {

@@ -15,8 +15,8 @@ from torsio.printed.plant import PlantParams
 from torsio_studies.calibration.driven import electric_plant, seen_truth
 from torsio_studies.calibration.knobs import HiddenKnob
 
-# The chip's converter rounds; the firmware takes one that cuts off, as the emulated device's does,
-# and so adds half a step to what the sensor's zero is.
+# The chip's converter rounds. The firmware, like the emulated device, assumes one that cuts off, so
+# it adds half a step to the sensor's zero.
 _HALF_STEP_V: Final = 3.3 / 4096 / 2
 
 

@@ -44,7 +44,7 @@ class Model:
     number: int  # on the wire
     chip: str
     tick_ns: int
-    step_ns: int  # of the current loop
+    step_ns: int  # period of the current loop
     clock_hz: int
     flash_size: int
     watchdog_ms: int
@@ -219,7 +219,7 @@ class EmulatedPico:
         self.do("bus_reset")
         found = {"device": self.control(0x80, 6, 0x0100, 0, 18)}
         self.control(0x00, 5, 7, 0, 0)
-        self.run(2)  # what USB 2.0, 9.2.6.3 allows a device
+        self.run(2)  # the time that USB 2.0, 9.2.6.3 allows a device
         assert self.status()["address"] == 7
         (size,) = struct.unpack_from("<H", self.control(0x80, 6, 0x0200, 0, 9), 2)
         found["configuration"] = self.control(0x80, 6, 0x0200, 0, size)

@@ -86,8 +86,8 @@ _ENCODER = ("dead channel", "winding")
 RUN_AWAYS = (
     RunAway("encoder: one channel dead", "paper", _ENCODER, _cut(B), "encoder", 0.6, 20.0),
     RunAway("encoder: cable off", "paper", _ENCODER, _cut(A, B), "winding", 6.0, 60.0),
-    # The speed limit is 10 rad/s, and the speed estimate some milliseconds late. Without the guards
-    # means that of the winding too, which sees a motor that turns the other way than its knob.
+    # The speed limit is 10 rad/s and the speed estimate is some milliseconds late. "Unguarded" also
+    # lacks the winding's guard, which sees that motor and knob turn different ways.
     *(
         RunAway(f"{part}'s sign wrong, {brake} the brake", law, ("timid", "winding"), _swap(part),
                 tells, 0.7, 11.0, both_boards=brake == "without")

@@ -86,7 +86,7 @@ def test_currents_of_a_held_knob_tell_its_resistance_through_the_binary(number: 
                 torque_limit_nm=40e-3,
             )
     assert log.stopped == ""
-    # The last 40 ms of each: what winding and shaft do at first is over.
+    # The last 40 ms of each: winding and shaft have settled by then.
     less, more = (intervals(looks[stretch][-3:], supply_v) for stretch in (1, 2))
     volts, amperes = (
         [float(np.sum(of) / np.sum(part.duration_s)) for part, of in pairs]

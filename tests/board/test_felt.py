@@ -189,7 +189,7 @@ def test_brake_whose_coil_is_driven_lets_go_backwards_and_is_demagnetised() -> N
     assert after_s[pulse][0] - empty_s == pytest.approx(0.12, abs=3e-3)
     assert np.min(coil_a) == pytest.approx(-erase_a, rel=0.1)
     assert after_s[pulse][-1] - after_s[pulse][0] < 10e-3
-    # But for it the sag of the supply alone makes it a little less than nothing.
+    # Outside the pulse the supply's sag makes the current slightly negative.
     quiet = ~((after_s > empty_s + 0.115) & (after_s < empty_s + 0.13))
     assert np.min(coil_a[quiet]) > -3.5e-3
     assert abs(coil_a[-1]) < 1e-3

@@ -123,7 +123,7 @@ def _check_reaction(lasting_pico: EmulatedPico, danger: Danger) -> None:
     assert passed_ms <= danger.limit_ms(lasting_pico)
     assert told == danger.tells
     assert f"`{told}`" in _documented(danger.name)[1]
-    # As the table has it. Only what takes longer waits for a look at the means: give or take two.
+    # As in the table. Only slow faults wait for a look at the means: give or take two.
     look_ms = 64 * lasting_pico.model.step_ns / MS if passed_ms > 10.0 else FINE_MS
     # Other code begins to push at another moment.
     chance_ms = danger.by_chance_ms * (1 if gcc_major() == DOCUMENTED_GCC else 3)
@@ -295,7 +295,7 @@ def test_board_whose_parts_nobody_has_confirmed_is_held_low() -> None:
         assert pico.motor() is None
         assert pico.get("health")["faults"] & OVER_SPEED
         assert pico.command("clear_fault") == "ok"
-        # Confirmed and known it may do what it is told, at once.
+        # Confirmed and known, it gives full torque at once.
         pico.set("board_config", confirmed="on")
         pico.set("calibration_config", values_are="stated")
         assert pico.command("arm") == "ok"
@@ -422,7 +422,7 @@ def test_stored_configuration_of_another_layout_is_not_believed() -> None:
         pico.turn(100, period_us=300)
         pico.run(8)
         assert pico.do("amperes") == pytest.approx(-15e-3 / 0.05, abs=0.03)
-        # Without the guard its bytes would be taken for what they are not, confirmation included.
+        # Without the guard the device would read its bytes as values, also as a confirmation.
         start_without(pico, "layout")
         found = pico.get("board_config")
         assert (found["supply_v"], found["motor_pin"], found["confirmed"]) == (24, 18, "on")
@@ -485,7 +485,7 @@ def test_load_that_does_not_fit_starves_the_main_loop_without_the_guard() -> Non
         pico.play_walls(16, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=1e-4)
         pico.post("command", op="arm")
         pico.run(5)
-        # Nobody can tell it to stop, but for its watchdog.
+        # Only the watchdog can stop it.
         assert pico.motor() is not None
         with pytest.raises(AssertionError, match="no acknowledgement"):
             pico.acknowledgement(reads=1)

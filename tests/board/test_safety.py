@@ -131,8 +131,8 @@ def test_save_that_the_flash_does_not_take_is_refused_and_may_be_tried_again() -
         assert pico.get("control_config")["beta"] == 0.75
 
 
-# An erased sector is 4096 bytes; of the page written into it the first 208 matter, of which the
-# last is 0xFF here, as erased flash is. The slots take turns, also across a restart.
+# An erased sector has 4096 bytes. Of the written page the first 208 bytes matter. The last one is
+# 0xFF here, like erased flash. The slots take turns, also across a restart.
 @pytest.mark.one_board
 @pytest.mark.parametrize(
     ("saves", "restarted", "after_bytes"),
@@ -196,7 +196,7 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     pico.turn(60)
     pico.arm_at_wall(walls, **WEAK_DAMPED)
     pico.run(3)
-    if pico.model.name == "pico2":  # whose floating point has time for all that there can be
+    if pico.model.name == "pico2":  # its floating point has time for the largest scene
         assert pico.get("health")["state"] == "armed"
         assert pico.get("health")["tick_overruns"] == 0
         return
@@ -224,7 +224,7 @@ def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: in
     # The bench sees the processor enter and leave as well, and the current being taken.
     assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.1)
     if pico.model.step_ns == pico.model.tick_ns:  # or the last interrupt may have been no tick
-        # The device tells of the tick before, which may have had less to do.
+        # The device tells about the tick before, which may have done less.
         assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=as_documented(0.1))
     assert health["tick_overruns"] == 0
 

@@ -14,7 +14,7 @@ from tests.python import wire
 SAMPLES_PER_REPORT = 4
 TURN = 1 << 32
 LIFE = {"attack_s": 0.01, "attack_level": 0.25, "duration_s": 0.05, "fade_s": 0.02}
-# A law and what it renders, of every kind of effect; each felt within the turn below.
+# Each law with every kind of effect, all within the turn below.
 SCENES: dict[str, dict[str, dict[str, Any]]] = {
     "paper": {
         "wall": {"stiffness_nm_per_rad": 2.0, "damping_nm_s_per_rad": 1e-3},

@@ -216,7 +216,7 @@ def test_less_data_than_announced_stalls_and_changes_nothing(pico: EmulatedPico)
 def test_bad_output_report_is_refused_and_changes_nothing(
     pico: EmulatedPico, data: bytes, status: int
 ) -> None:
-    assert pico.write(data) == "ack"  # of the bus
+    assert pico.write(data) == "ack"  # by the bus
     for _ in range(20):
         found = pico.read()
         if found:
@@ -264,7 +264,7 @@ def test_prompt_report_is_filled_just_before_the_host_asks(pico: EmulatedPico) -
     # So that the main loop has less time to be punctual. Newer compilers leave it less anyway.
     pico.arm_at_wall(4 if gcc_major() == DOCUMENTED_GCC else 2)
     assert pico.send("stream", decimation=1, prompt="on")["status"] == 0
-    # A time before tick 0: what the clock tells is over by less than a tick when it is read.
+    # A time before tick 0: the clock's answer is late by less than a tick.
     first_ns = 0
     for _ in range(10):
         asked_ns = pico.run(0.37)
@@ -279,6 +279,6 @@ def test_prompt_report_is_filled_just_before_the_host_asks(pico: EmulatedPico) -
         assert found[0] == "telemetry"
         newest = found[1]["tick"] + (found[1]["axis_samples"] >> 4) - 1
         ages_ns.append(now_ns - first_ns - newest * tick_ns)
-    # A quarter of a frame and up to two ticks, beside how well tick 0 is known; a report that had
-    # been there since the last one was taken would be a whole frame old.
+    # A quarter of a frame, two ticks, and the uncertainty of tick 0. A report left over from the
+    # last frame would be a whole frame old.
     assert max(ages_ns[2:]) < 600_000

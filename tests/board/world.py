@@ -17,7 +17,7 @@ from torsio.printed.config import BoardConfig
 from torsio.printed.hands import Hand
 from torsio.printed.plant import Electrics, PlantParams
 
-PERIOD_NS = 25_000  # of the bridges' PWM
+PERIOD_NS = 25_000  # PWM of the bridges
 ROW_NS = 1_000_000  # from one row of a record to the next
 
 

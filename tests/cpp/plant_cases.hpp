@@ -1,6 +1,5 @@
-/// @file
-/// What must hold for a plant whatever steps it. A test program includes this once, and says which
-/// steppers it has.
+/// @file Cases for a plant, whichever stepper it has. A test program includes this once, and names
+/// its steppers.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -87,7 +86,7 @@ TEST_CASE("brake holds a torque below its capacity with no creep at all") {
     plant.advance(60'000'000'000);
     CHECK(plant.state().knob_angle.fraction_rad == before.knob_angle.fraction_rad);
     CHECK(plant.state().twist_rad == before.twist_rad);
-    // The spring has what the knob's own friction leaves to it.
+    // The spring has the rest behind the knob's own friction.
     const Truth truth = plant.truth();
     CHECK(truth.hand_torque_nm + truth.spring_torque_nm + truth.knob_friction_torque_nm ==
           doctest::Approx(0.0).scale(1).epsilon(1e-12));

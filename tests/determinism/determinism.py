@@ -116,7 +116,7 @@ def stop_by_signal(process: int, seconds: float) -> None:
 
 def stop_by_debugger(process: int, seconds: float) -> None:
     """Stop each thread of a process as a debugger does that attaches to it, and let it go on."""
-    attach, detach, all_children = 16, 17, 0x40000000  # of ptrace(2) and wait(2)
+    attach, detach, all_children = 16, 17, 0x40000000  # numbers of ptrace(2) and wait(2)
     ptrace = ctypes.CDLL(None, use_errno=True).ptrace
     ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
     threads = []

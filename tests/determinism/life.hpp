@@ -61,8 +61,7 @@ class Life {
     }
   }
 
-  /// Ends all trouble: plugged in, powered, whole, nobody's hand on it, disarmed and without a
-  /// fault.
+  /// Ends all trouble: plugged in, powered, released, disarmed, without a fault.
   void recover() {
     device_.set_emergency_stop(false);
     device_.set_actuator_fault(false);
@@ -79,7 +78,7 @@ class Life {
     look();
   }
 
-  /// Hands over what came out meanwhile.
+  /// Hands over the reports since the last call.
   void look() {
     wire::ReportBytes report;
     while (device_.read(report)) witness_.see(report);
@@ -122,7 +121,7 @@ class Life {
         1 + cut_.next() % static_cast<std::uint64_t>(cut_.next() % 4 == 0 ? 3000 : 5'000'000));
   }
 
-  /// What has passed since it was asked last; after a stop of the process that is much at once.
+  /// Time since the last call; much at once after a stop of the process.
   std::int64_t by_the_clock() {
     std::this_thread::sleep_for(std::chrono::microseconds(200));
     const auto now = std::chrono::steady_clock::now();

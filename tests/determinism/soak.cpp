@@ -286,7 +286,7 @@ double mean(std::span<const double> numbers) {
 struct Told {
   double hours = 0;
   std::uint64_t ticks = 0;
-  std::vector<double> errors_nm;  // of each examination
+  std::vector<double> errors_nm;  // one for each examination
 };
 
 Told soak(std::uint64_t seed, double hours, double minutes) {
@@ -300,7 +300,7 @@ Told soak(std::uint64_t seed, double hours, double minutes) {
     told.hours = static_cast<double>(life.device().time_ns()) / 3.6e12;
   } while (told.hours < hours && faults_found < 20);
   told.ticks = examiner.ticks();
-  // Of the first and the last quarter; the least of them are two examinations.
+  // Of the first and last quarter, at least two examinations.
   const std::size_t quarter = told.errors_nm.size() / 4;
   if (quarter > 0) {
     const double first_nm = mean(std::span(told.errors_nm).first(quarter));

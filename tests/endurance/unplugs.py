@@ -167,7 +167,7 @@ STATES: dict[str, Callable[[torsio.Knob], object]] = {
 ASKING = {"asking", "recording", "configuring", "a game's effects", "in a callback"}
 EMULATED = {"pulled by a callback"}
 
-# Gives an open knob, and what pulls its plug, which is in again at the next time.
+# Gives an open knob, and a function that pulls its plug; the next call plugs it in.
 Source = Callable[[bool], AbstractContextManager[tuple[torsio.Knob, Callable[[], object]]]]
 
 
@@ -260,8 +260,7 @@ class Trial:
         if STATES[self.state] is close_in_callback:
             told += (torsio.Closed,)
         if self.latest_s > LATEST_S:
-            # Another thread's request holds the kernel, so that it does not say what has happened,
-            # and the device does not answer.
+            # Another thread's request holds the kernel, so the unplug is told late.
             told += (torsio.Timeout,)
         if not isinstance(self.heard, told):
             return f"told by {self.heard!r}"
@@ -354,7 +353,7 @@ def main(arguments: Sequence[str]) -> int:
 
 def in_guest(kernel: str, count: int, seed: int) -> int:
     """Do it in a virtual machine; return the exit status."""
-    from tests.vm import guests, results  # what runs in the guest need not import it
+    from tests.vm import guests, results  # the guest's part needs no import of it
 
     test = "tests/vm/guest/test_many_unplugs.py::test_many_unplugs_in_every_state"
     variables = {COUNT_VARIABLE: str(count), SEED_VARIABLE: str(seed)}

@@ -166,7 +166,7 @@ def _wrong(call: str, this: Bench, raised: BaseException | None, injection: Inje
         this.got.insert(0, raised.samples)
     if this.recording is None:
         return _lost_in_program(call, this, newest)
-    # It starts the stream anew, which forgets what nobody has read.
+    # It starts the stream anew and drops samples that nobody read.
     return _lost_in_file(this, holes=int(call == "telemetry"))
 
 

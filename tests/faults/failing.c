@@ -18,7 +18,7 @@
 
 static char under[PATH_MAX];  // empty: nothing is counted
 static atomic_long calls = 0;
-static long at = -1;  // which one fails
+static long at = -1;  // which call fails
 static int with = 0;  // its errno; 0: a write that takes half
 static bool has_failed = false;
 static _Thread_local bool takes_half = false;

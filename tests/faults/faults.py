@@ -58,7 +58,7 @@ def of_calls(every: int, names: Iterable[str] = tuple(calls.CALLS)) -> Iterator[
 def of_calibration(every: int) -> Iterator[Outcome]:
     """Raise at lines of a calibration."""
     _, counted = calls.interrupt_calibration(None, KeyboardInterrupt)
-    # Each line where it configures the knob and puts that back, some of what it does between.
+    # Each line where it configures the knob and restores it, some of the lines between.
     places = [*range(150), *range(150, counted.lines - 150, 200)]
     places += range(counted.lines - 150, counted.lines)
     for kind in RAISED:
@@ -179,7 +179,7 @@ def run(part: str, every: int) -> tuple[Counter[tuple[str, str]], list[Outcome]]
         faulthandler.dump_traceback_later(HANGS_S, exit=True)
         counts[outcome[:2]] += 1
         if counts.total() % 100 == 0:
-            gc.collect()  # of knobs that what was raised still knows
+            gc.collect()  # exceptions may still hold knobs
         if outcome[2]:
             failed.append(outcome)
     faulthandler.cancel_dump_traceback_later()

@@ -60,7 +60,7 @@ class Failing:
         return count
 
 
-# Each does something with a folder, and then says what is wrong, given what was raised.
+# Each works in a folder, then says what is wrong after this error.
 Wrong = Callable[[BaseException | None], str]
 
 
@@ -223,7 +223,7 @@ def firmware_update(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     file = folder / "torsio-pico2.uf2"
     file.write_bytes(image())
     board = _Board(folder)
-    board.taking = threading.Thread()  # of nothing
+    board.taking = threading.Thread()  # does nothing
 
     def wrong(raised: BaseException | None) -> str:
         board.knob.close()

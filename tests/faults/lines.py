@@ -17,10 +17,9 @@ import mcap
 import torsio
 
 RAISED: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, OSError)
-# Where it is raised: in what the library is made of, and in what it calls to write recordings.
+# Where it is raised: the library, and what it calls to write recordings.
 _FOLDERS = tuple(str(Path(package.__file__ or "").parent) for package in (torsio, mcap))
-# What the interpreter does first where a "with" ends, before what it ends has been called: no
-# signal is looked at there.
+# Python's own steps at the end of a "with", before the call: it looks at no signal there.
 _ENDS = ("LOAD_CONST", "PUSH_EXC_INFO", "WITH_EXCEPT_START")
 
 
@@ -42,7 +41,7 @@ class Injection:
         self.where: str | None = None
         self._at, self.kind = at, kind
         self._main = threading.get_ident()
-        self._in_thread = in_thread  # of the recording's file, not in the caller's
+        self._in_thread = in_thread  # in the recording's thread, not the caller's
 
     @contextmanager
     def active(self) -> Iterator[None]:

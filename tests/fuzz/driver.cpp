@@ -34,10 +34,9 @@
 
 namespace {
 
-// One bit for each place in the code that says it was reached, by its distance from the program's
-// begin, so that the same program has the same places in every run. A call takes five bytes, so no
-// two places have the same multiple of four; and bits, because what is looked at in every block had
-// better stay in the processor's cache.
+// One bit for each reached place, by its distance from the program's begin, so that places stay the
+// same from run to run. A call takes five bytes, so no two places share a multiple of four. Bits
+// fit the processor's cache.
 constexpr std::size_t kPlaces = std::size_t{1} << 25;
 constexpr std::size_t kStep = 4;
 constexpr std::size_t kBits = 32;
@@ -80,7 +79,7 @@ const char* __asan_default_options() {
 namespace {
 
 using Input = std::vector<std::uint8_t>;
-// Long enough for two dozen reports. What is longer takes longer, and shows seldom more.
+// Long enough for two dozen reports. Longer inputs are slower and seldom show more.
 constexpr std::size_t kLongest = 1536;
 constexpr int kHungS = 20;
 
@@ -89,7 +88,7 @@ class Mutator {
   explicit Mutator(std::uint64_t seed) : random_(seed) {}
 
   void make(const std::vector<Input>& corpus, Input& input) {
-    // The shorter of two: what is short runs often, and shows best what is new in it.
+    // The shorter of two: it runs faster and shows better what is new.
     const Input& one = corpus[below(corpus.size())];
     const Input& other = corpus[below(corpus.size())];
     input = one.size() < other.size() ? one : other;
@@ -183,7 +182,7 @@ class LastInput {
   std::size_t size_ = 0;
 };
 
-/// A file as it is, or what LastInput has left: that says its size at its end.
+/// A file as it is, or one of LastInput, which has its size at its end.
 Input read(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   Input bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -303,8 +302,7 @@ int main(int count, char** arguments) {
     runs_done = runs_done + 1;
   };
   const std::size_t given = corpus.size();
-  // With nothing to be made from it the corpus itself is what is looked through: the shortest
-  // inputs that together reach all that it reaches are kept.
+  // Nothing to be made: reduce the corpus. Keep the shortest inputs that together reach everything.
   const bool distils = options.runs == 0 && options.seconds == 0 && !options.keep.empty();
   if (distils) std::ranges::stable_sort(corpus, {}, &Input::size);
   for (const Input& input : corpus) {
@@ -325,7 +323,7 @@ int main(int count, char** arguments) {
     if (!options.keep.empty()) save(options.keep, input);
   }
   const double took_s = std::max(seconds(), 1e-6);
-  // Of the processor, all threads together: it does not depend on who else is at work.
+  // Processor time of all threads, so that the machine's load does not matter.
   const double worked_s =
       std::max(static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC), 1e-6);
   last.forget();

@@ -1,6 +1,5 @@
-/// @file
-/// What every fuzz target provides: one input, after which the process is still there, or the
-/// target has found something. The name and the signature are libFuzzer's.
+/// @file Every fuzz target provides this function for one input. It returns, or the target has
+/// found something. Name and signature are libFuzzer's.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace fuzz {
 
-/// Ends the process, as a sanitizer does, if what must always hold does not.
+/// Ends the process, as a sanitizer does, if a rule is broken.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "fuzz: does not hold: %s\n", what);
@@ -47,7 +46,7 @@ class Reader {
     const std::uint8_t low = byte();
     return static_cast<std::uint16_t>(low | (byte() << 8));
   }
-  /// So many bytes, or what is left.
+  /// So many bytes, or the rest.
   std::span<const std::uint8_t> bytes(std::size_t size) {
     const auto taken = rest_.first(size < rest_.size() ? size : rest_.size());
     rest_ = rest_.subspan(taken.size());

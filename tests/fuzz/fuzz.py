@@ -80,7 +80,7 @@ def lines_of(program: Path, reached: set[int]) -> dict[str, dict[str, set[int]]]
             behind = TRACE in match[2] and match[2].startswith("call")
     names = subprocess.run(
         ["addr2line", "-e", program],
-        # The call itself, not what comes back to behind it.
+        # The call itself, not the place that it returns to.
         input="\n".join(hex(place - 1) for place in places),
         capture_output=True,
         text=True,

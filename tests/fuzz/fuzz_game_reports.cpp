@@ -22,7 +22,7 @@ using namespace torsio;
 
 constexpr float kCapNm = 0.05F;
 
-/// A device whose motor gives what is asked for, so that the cap can be seen on it.
+/// The motor gives every torque, so that the cap shows.
 class GameBench {
  public:
   GameBench() : device_({}, device::empty_slots()) {

@@ -40,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (int left = 16; left > 0 && std::getline(lines, line); --left) {
     // No file of this machine is an input.
     if (line.find("script") != std::string::npos) continue;
-    if (!commands.follow(line)) continue;  // what is refused moves no hand
+    if (!commands.follow(line)) continue;  // a refused line moves no hand
     device.advance(1'000'000);
     fuzz::require(std::abs(device.plant().state().knob_angle_rad()) <= 1e9,
                   "the knob is somewhere");

@@ -1,6 +1,5 @@
-// The host library against a device that lies. Time is virtual; what the device answers comes from
-// the input, and mostly looks like what it should be. Whatever it says, every call of the library
-// ends, with a result or with an error of its own.
+// The host library against a device that lies. Time is virtual. The input gives the device's
+// answers, most of them plausible. Every call of the library must end, with a result or an error.
 #include <array>
 #include <chrono>
 #include <cstring>

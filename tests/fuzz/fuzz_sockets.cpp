@@ -1,7 +1,6 @@
-// Clients of the USB/IP server. An input is a row of steps: one byte that says which of three
-// clients connects, sends, reads or goes, and what it sends. The server is the real one; the system
-// calls with which it moves bytes are answered here, from memory, which takes a tenth of what TCP
-// does, and lets calls be interrupted and buffers be full when the input wants it.
+// Clients of the USB/IP server. An input is a row of steps: a byte that says which of three clients
+// connects, sends, reads or goes, then its data. The server is the real one; its system calls are
+// answered from memory, ten times faster than TCP, with interrupted calls and full buffers.
 // tests/cpp/usbip/test_usbip_server.cpp has real sockets.
 #include <errno.h>
 #include <poll.h>
@@ -59,8 +58,8 @@ int fails(int why) {
 
 }  // namespace
 
-// The linker has the server's calls come here, see CMakeLists.txt. The socket that listens is a
-// real one, which nobody connects to.
+// The linker redirects the server's calls to here, see CMakeLists.txt. Only the listening socket is
+// real, and nobody connects to it.
 extern "C" {
 int __real_close(int number);
 

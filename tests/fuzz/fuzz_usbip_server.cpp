@@ -46,7 +46,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       const Raw now = rest.first(std::min(piece, rest.size()));
       session.receive(now);
       rest = rest.subspan(now.size());
-      // A frame for each message or so, however it is cut: they are what takes long.
+      // About a frame for each message: frames take long.
       since_frame += now.size();
       if (since_frame < kAskDevice.size() && !rest.empty()) continue;
       since_frame = 0;

@@ -1,5 +1,5 @@
-// Any reports from the host, on the device alone, without simulated physics. An input is a row of
-// steps: one byte that says what to do, and what that needs.
+// Any reports from the host to the device alone, without physics. An input is a row of steps: a
+// byte that says what to do, then its data.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -184,7 +184,7 @@ void step(Bench& bench, fuzz::Reader& input) {
 }  // namespace
 
 std::span<const std::string_view> fuzz::dictionary() {
-  // A step, a report's length and its id; and what is asked for.
+  // A step, a report's length and its id, and the request.
   static const auto words = [] {
     static std::vector<std::string> made;
     protocol::for_each_report<protocol::AllReports>([]<class Report>(std::type_identity<Report>) {
@@ -232,9 +232,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   // Whatever it was, it can be stopped, and it stays stopped.
   bench.output_report(protocol::encode(protocol::Command{1, 0, protocol::Op::stop}));
-  for (int round = 0; round < 12; ++round) {  // what waits in the inbox goes first
+  for (int round = 0; round < 12; ++round) {  // reports in the inbox go first
     bench.write_flash(true);
-    bench.tick(3);  // and what was armed lets go first
+    bench.tick(3);  // and an armed device lets go first
   }
   fuzz::require(bench.state() != State::armed, "stop disarms");
   fuzz::require(!bench.last().enabled, "no power after stop");

@@ -1,6 +1,5 @@
-/// @file
-/// Makes and changes reports by their field lists: ids, lengths and ranges as they should be, or
-/// just beside, so that most of what is made gets past the first check.
+/// @file Makes and changes reports by their field lists: ids, lengths and ranges are right or
+/// nearly right, so that most reports pass the first check.
 #pragma once
 
 #include <algorithm>

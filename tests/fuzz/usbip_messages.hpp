@@ -1,5 +1,4 @@
-/// @file
-/// What a USB/IP client says, mostly as it should be.
+/// @file Messages of a USB/IP client, most of them valid.
 #pragma once
 
 #include <array>

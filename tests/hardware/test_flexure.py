@@ -67,7 +67,7 @@ def test_walls_of_005_mm_move_thin_spokes_by_a_quarter() -> None:
 LIU = Flexure(2, 15.5e-3, 26.75e-3, thickness_m=2.71e-3, width_m=1e-3, wrap_rad=1.5 * math.pi)
 LIU_MODULUS_PA = 200e9
 LIU_ARM, LIU_MEASURED = 4.70453, 8.12981  # N m/rad: their elements, one arm; the spring of two
-LIU_ENDS_M = 8.64e-3  # what hub and rim lengthen each arm by, as they found
+LIU_ENDS_M = 8.64e-3  # added to each arm for hub and rim, in their paper
 
 
 def test_spiral_of_the_literature_is_as_stiff_as_published() -> None:

@@ -102,7 +102,7 @@ def test_board_has_pins_where_a_pico_has_them_and_nothing_in_two_holes(knob: Kno
         for name in (begin, end):
             hole = wires.place(name)
             assert hole is None or hole in taken, name
-    # Off the board are only what turns and what is screwed to its own terminals.
+    # Off the board are only turning parts and parts on their own terminals.
     off = {end for *ends, _, _ in wires.wiring(knob) for end in ends if not wires.place(end)}
     assert all(re.search("OUT[12]|motor [+-]|coil|ground", end) for end in off)
 

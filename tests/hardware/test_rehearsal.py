@@ -138,7 +138,7 @@ def test_command_names_a_fault_and_tells_which_was_built_in() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "bits"),  # of the report `health`
+    ("name", "bits"),  # in the report `health`
     [("stop_open", 0x01), ("bridge_fault", 0x08), ("sensor_off", 0x40)],
 )
 def test_page_has_the_knob_with_what_happens_to_it(knob: Knob, name: str, bits: int) -> None:

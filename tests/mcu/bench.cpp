@@ -13,7 +13,7 @@ using mcu::Bench;
 
 alignas(Bench) unsigned char room[sizeof(Bench)];
 
-// Somebody wants the outputs, or the compiler would leave out what makes them.
+// Keeps the compiler from leaving out the code that makes the outputs.
 volatile float motor_nm;
 volatile float brake_nm;
 volatile bool enabled;
@@ -72,7 +72,7 @@ int main() {
     write_walls(bench, 1);
     bench.send(protocol::Stream{1, 0, 40});  // the ring has room for all that is measured
   });
-  // Each of these ticks decides anew what plays.
+  // Each of these ticks decides anew which effects play.
   run("walls, soft start", 1, [](Bench& bench) { write_walls(bench, 1); }, 1.0F);
   run(
       "walls, calibrated", 1, [](Bench& bench) { write_walls(bench, 1); }, 0,

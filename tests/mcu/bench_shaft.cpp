@@ -1,5 +1,5 @@
-// What knees of the shaft add to a tick of the law calibrated; a program of its own, for what else
-// is in one sways the compiler's choice of registers by some instructions.
+// The cost of a shaft's knees in a tick of the law calibrated. It is a program of its own: other
+// code would change the compiler's choice of registers.
 #include <cstdint>
 #include <new>
 #include <string_view>

@@ -17,8 +17,8 @@ FIRMWARE = TREE / "build" / "firmware"
 # Boards that take part, and their chips.
 TESTED = os.environ.get(BOARDS_VARIABLE, "").split()
 CHIPS = {board: chip for board, chip in boards.chips().items() if board in TESTED or not TESTED}
-# Of the cross compiler whose code the documents' figures are about, and how far another's may be
-# from them: GCC 14's takes 7 % more on a Cortex-M33, and 16 % on a Cortex-M0+.
+# The cross compiler of the documents' figures, and the margin for another: GCC 14's code takes 7 %
+# more on a Cortex-M33, and 16 % on a Cortex-M0+.
 DOCUMENTED_GCC = 12
 _OTHER_GCC = 0.2
 

@@ -1,5 +1,4 @@
-/// @file
-/// What a program on a bare processor in an emulator needs of the outside.
+/// @file Services for a program on a bare processor in an emulator.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +9,7 @@ namespace torsio::mcu {
 void print(const char* text);
 void print(std::uint32_t number);
 
-/// Instructions executed so far, modulo 2^32; 0 where nobody counts.
+/// Instructions executed so far, modulo 2^32; 0 without a counter.
 std::uint32_t instructions();
 
 }  // namespace torsio::mcu

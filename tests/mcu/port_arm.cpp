@@ -57,7 +57,7 @@ std::uint32_t instructions() {
 
 }  // namespace torsio::mcu
 
-// C++ lets nobody but the environment call main(); here, this is the environment.
+// The environment may call main(), and this is the environment.
 extern "C" int program() __asm("main");
 
 extern "C" {

@@ -26,7 +26,7 @@ namespace {
 
 using namespace torsio;
 
-// Of the boards' processors, too.
+// Also on the boards' processors.
 static_assert(sizeof(device::TickInputs) == 16 && std::is_trivially_copyable_v<device::TickInputs>);
 static_assert(sizeof(device::TickOutputs) == 12 && std::endian::native == std::endian::little);
 

@@ -16,8 +16,8 @@ from torsio.trading.answers import board_shares
 
 BUDGETS = costs.INSTRUCTIONS
 MARGIN = 1.10
-MOST_INSTRUCTIONS = 249  # of a wall on the product; before the field lists it took as many
-MOST_CALIBRATED = 305  # of a wall with that law, before GCC 14
+MOST_INSTRUCTIONS = 249  # in a wall, measured
+MOST_CALIBRATED = 305  # in a wall with that law, by GCC 12
 RAM_BYTES = {"rp2040": 264 * 1024, "rp2350": 520 * 1024}
 
 
@@ -141,7 +141,7 @@ def test_cortex_m0plus_puts_out_the_same_bits_as_the_host(host_replay: str) -> N
     assert mcu.on_m0plus("replay") == host_replay
 
 
-# Symbols of what the firmware must not contain. pico-sdk wraps the double functions into one that
+# Symbols that the firmware must not contain. pico-sdk wraps the double functions into one that
 # panics, under other names.
 FORBIDDEN = {
     "heap": r"_?malloc(_r)?|calloc|realloc|_sbrk|_Znwj|_Znaj",
@@ -162,7 +162,7 @@ def test_firmware_contains_no(board: str, luggage: str) -> None:
 
 @pytest.mark.parametrize("board", CHIPS)
 def test_firmware_calls_no_double_arithmetic(board: str) -> None:
-    # pico-sdk leaves wrappers behind that panic; they call each other, and nobody may call them.
+    # pico-sdk leaves wrappers behind that panic; only they may call each other.
     elf = mcu.FIRMWARE / f"torsio-{board}.elf"
     command = ["arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(elf)]
     listing = subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 TREE = Path(__file__).parent.parent.parent
-# What runs on a knob, in a user's program or in his browser, and can be built and tried on one
-# machine. What is printed from the field lists is compared as a whole by another test.
+# Code of knobs, user's programs and browsers that one machine can build and try. Another test
+# compares printed files as a whole.
 PRODUCT = (
     *("firmware/core/**/*.[ch]pp", "firmware/device/**/*.[ch]pp", "firmware/protocol/*.[ch]pp"),
     *("emulator/**/*.[ch]pp", "sdk/**/*.[ch]pp", "bindings/src/*.[ch]pp"),
@@ -55,7 +55,7 @@ _STATEMENT = {
 }
 
 
-# Of C++ that only the compiler computes, and what may stand before a statement.
+# C++ that only the compiler computes, and words that may stand before a statement.
 _COMPILED = re.compile(r"\b(?:constexpr|consteval|static_assert|enum|template|requires|using)\b")
 _BEFORE_STATEMENT = re.compile(r"(?:[;{})]|\belse)\s*\Z")
 
@@ -118,7 +118,7 @@ def _end_of_expression(code: str, at: int, step: int) -> int:
         here, around = code[at], code[max(at - 1, 0) : at + 2]
         ends = here in closing or (here in ",;?:" and "::" not in around)
         if step < 0:
-            ends |= here == "}" and code[at + 1 : at + 2].isspace()  # of a block
+            ends |= here == "}" and code[at + 1 : at + 2].isspace()  # end of a block
             ends |= here == "=" and "==" not in around and around[0] not in "<>!"
             ends |= re.search(r"\breturn\s\Z", code[max(at - 7, 0) : at + 1]) is not None
         if ends and depth == 0:

@@ -39,7 +39,7 @@ LOG = TREE / "build/logs/mutants.log"
 EXPLAINED = HERE / "explained.txt"
 PACKAGE = "bindings/python/torsio"
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", reach.__name__)
-# Of processor time that a mutant's tests take together, those of the page more.
+# Processor time of a mutant's tests together; tests of the page get more.
 MOST_S, MOST_OF_PAGE_S = 40.0, 150.0
 ROUNDS = 8  # until all choices compile
 
@@ -276,7 +276,7 @@ class Hunt:
         file = str(COPY / self.changes[number - 1].file)
         near = [one for one in self.tests if number in one.reached]
         near = near or [one for one in self.tests if file in one.files]
-        # What runs when the package is imported is reached by each.
+        # Each test reaches the code that runs on import.
         return _within(near or self.tests, MOST_S)
 
     def _of_page(self) -> list[Tried]:

@@ -44,7 +44,7 @@ FOLDERS = (
     *("firmware", "emulator", "sdk", "bindings", "cmake"),
     *("tests/cpp", "tests/fuzz", "tests/golden", "docs/explanation"),
 )
-LEAST_LIMIT_S = 5.0  # of the processor's time
+LEAST_LIMIT_S = 5.0  # processor time
 # These wait for other threads, and take long on a busy machine.
 LEFT_OUT = ("a ring carries everything in order from one thread to another",)
 

@@ -16,7 +16,7 @@ import pytest
 
 TOLD, WANTED = "TORSIO_MUTANTS_TOLD", "TORSIO_MUTANTS_WANTED"
 _wanted: dict[str, Any] = json.loads(os.environ.get(WANTED, "{}"))
-# Of each Python file the numbers of the changes, by line.
+# Numbers of the changes by line, for each Python file.
 _lines: dict[str, dict[int, int]] = {
     file: {int(line): number for line, number in lines.items()}
     for file, lines in _wanted.get("lines", {}).items()

@@ -27,7 +27,7 @@ unsigned char torsio_mutant_reached[TORSIO_MUTANTS + 1];
 
 namespace {
 
-/// What doctest takes for this name in a list of patterns.
+/// doctest's pattern for this name.
 std::string pattern(const std::string& name) {
   std::string escaped;
   for (const char c : name) {
@@ -41,8 +41,8 @@ std::string pattern(const std::string& name) {
                            unsigned char* reached) {
   const int nowhere = open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
-  // A process that hangs is ended by the kernel, threads or not. What counts is the processor's
-  // time, so that a busy machine makes no difference, but nobody waits for ever.
+  // The kernel ends a process that hangs, with threads or without. It counts processor time, which
+  // does not depend on other load, and the clock as a last resort.
   const auto microseconds = static_cast<long>(limit_s * 1e6);
   const itimerval limit{{}, {microseconds / 1'000'000, microseconds % 1'000'000}};
   const itimerval patience{{}, {20 * limit.it_value.tv_sec + 60, 0}};

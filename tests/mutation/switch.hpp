@@ -1,5 +1,4 @@
-/// @file
-/// What a mutated source asks: am I the mutant that is switched on? Put in front of every source of
+/// @file A mutated source asks here: is this mutant switched on? Stands in front of every source of
 /// the mutation build; see tests/mutation/mutate.py.
 #pragma once
 

@@ -246,11 +246,11 @@ class CalibratedLaw:
         holds = self._follow_brake()
         self.spring = self._follow_spring(delta_angle, holds)
         helps = desired * self.spring >= 0
-        # Half of the knob's friction is what the motor may do about the inertia.
+        # The motor may take half of the knob's friction off the inertia.
         most = holds + 0.5 * p.knob_coulomb
         countered = min(max(self.spring, -most), most)
         if desired == 0:
-            # Against what the brake's current still holds, and no more.
+            # At most what the brake's current still holds.
             motor, self.brake_command = -min(max(countered, -self.coil), self.coil), 0.0
         else:
             motor = desired - countered

@@ -329,7 +329,7 @@ def test_unplugged_device_says_so_everywhere() -> None:
         knob.sleep(0.05)
         knob.emulator.unplug()
         assert knob.wait_for("disconnected", timeout_s=1.0)
-        assert len(knob.read()) > 0  # what has arrived can still be read
+        assert len(knob.read()) > 0  # samples that arrived
         for call in (knob.arm, knob.clock, lambda: knob.record(duration_s=5.0)):
             with pytest.raises(torsio.Disconnected) as caught:
                 call()

@@ -108,7 +108,7 @@ def test_value_that_cannot_be_shown_is_told_all_the_same(
 @pytest.mark.parametrize("arguments", [("demo", "wall"), ("list",), ("info",)])
 def test_commands_print_where_letters_are_few(arguments: tuple[str, ...], tmp_path: Path) -> None:
     few = {"PYTHONIOENCODING": "ascii"}
-    # Without them Python 3.13 loads no extension from a path with others, NumPy's neither.
+    # Without them Python 3.13 loads no extension, not even NumPy's.
     if sys.prefix.isascii():
         few |= {"LC_ALL": "C", "PYTHONUTF8": "0"}
     result = subprocess.run(

@@ -325,6 +325,6 @@ def test_interrupt_is_heard_within_a_step_of_knobs_that_take_long() -> None:
     with pytest.raises(KeyboardInterrupt):
         knobs.step(2**40)
     timer.join()
-    # The first part is 1.25 s of their time, and each at most eight times as long as that before.
-    # It is heard at the end of the one under way, or of the next. A part of 125 s would be seen.
+    # The first part is 1.25 s of knob time, each later one at most eight times as long. The signal
+    # is heard at the end of a part. A part of 125 s would show.
     assert 0.0 < knobs.states["time_s"][0] < 100.0 * max(before_s[0], 0.5)

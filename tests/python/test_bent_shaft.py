@@ -46,7 +46,7 @@ def test_sensor_that_knows_the_curve_errs_as_on_a_straight_shaft(
     straight_nm = error_nm(replace(plant, shaft_hardening=None), None)
     told_nm, untold_nm = error_nm(plant, None), error_nm(plant, ShaftConfig())
     assert told_nm < 1.2 * straight_nm + 1e-4
-    # The other laws err by what they do not know of the brake, too.
+    # The other laws err too, because they know less of the brake.
     assert untold_nm > (4.0 if law == "calibrated" else 1.25) * told_nm
 
 

@@ -11,7 +11,7 @@ from torsio.calibration.quantity import Array
 
 WIDTHS_NM = (2.75e-3, 8.25e-3)  # in equal parts; their mean is 5 % of the brake's limit
 TOP_NM = 52e-3
-NOISE_NM = 30e-6  # of a stair, as calibration states it
+NOISE_NM = 30e-6  # noise of a stair, as calibration states it
 POINTS_NM = TOP_NM * np.array(STAIRS)
 # Twice into a wall of 75 mN m and out again. The brake carries half.
 VISITS_NM = np.concatenate(2 * [37.5e-3 * (1.0 - np.abs(np.linspace(-1.0, 1.0, 401)))])

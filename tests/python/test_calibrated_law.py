@@ -106,7 +106,7 @@ def test_law_agrees_with_the_second_implementation(
     assert np.max(np.abs(got["spring_torque_nm"])) > 20e-3
     difference = np.abs(got["spring_torque_nm"] - np.array(spring))
     assert np.sqrt(np.mean(np.square(difference))) < most_nm
-    # Where the spring's sign changes the motor does not, and where a wall ends neither.
+    # The motor does not jump where the spring's sign changes, nor where a wall ends.
     given = np.abs(got["motor_command_nm"] - np.array(motor))
     assert np.sqrt(np.mean(np.square(given))) < 2.0 * most_nm
 
@@ -210,7 +210,7 @@ def test_assisted_knob_comes_to_rest_and_stays(push_nm: float, seconds: float, c
     late = rows["time_s"] > 10.0
     assert np.ptp(rows["angle_rad"][late]) == 0.0
     assert np.max(np.abs(rows["motor_command_nm"][late])) < 1e-6
-    # What friction takes of a knob that turns, and what the motor gives to it.
+    # The friction of a turning knob, and the motor's assist.
     way_rad = np.diff(rows["angle_rad"])
     given_j = float(np.sum(rows["motor_torque_nm"][:-1] * way_rad))
     taken_j = FRICTION_NM * float(np.sum(np.abs(way_rad)))

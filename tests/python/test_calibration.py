@@ -411,7 +411,7 @@ def test_board_that_is_held_low_until_it_is_measured_is_measured_without_a_warni
 
 
 def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
-    bent = torsio.ShaftConfig(knee_1_rad=0.5, knee_1_nm_per_rad=4.0)  # beyond what it twists
+    bent = torsio.ShaftConfig(knee_1_rad=0.5, knee_1_nm_per_rad=4.0)  # beyond its twist
     with torsio.open("emulated") as knob:
         knob.configure(bent)
         knob.update(values_are="measured", sigma_knee_1_rad=1e-3)

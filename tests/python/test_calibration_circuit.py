@@ -125,7 +125,8 @@ def test_torque_constant_that_no_supply_explains_is_proposed_and_torques_are_its
     assert told.value == pytest.approx(0.04 * 12.0 / SUPPLY_V, rel=5e-3)
     assert found.board is not None
     assert found.board.motor_torque_constant_nm_per_a == told.value
-    # Of 1 N m told 0.04 / 0.05 / (SENSOR / 0.2) flow; it is taken for as many A as the sensor says.
+    # For 1 N m the current is 0.04 / 0.05 / (SENSOR / 0.2); the device takes it for the sensor's
+    # reading.
     assert_torques(found, SENSOR_V_PER_A / 0.2 * 12.0 / SUPPLY_V)
 
 
@@ -250,7 +251,7 @@ def test_stretch_is_as_long_as_it_is_however_long_each_look_takes(
             )
             passed_s = ask(knob).time_s - begin_s
             assert player.seconds == pytest.approx(passed_s, abs=1e-3)
-    # Six levels and two waves, less what is not looked at of each.
+    # Six levels and two waves, without the parts that are left out of each.
     assert float(np.sum(held.duration_s)) == pytest.approx(6 * 0.086 + 2 * 0.486, abs=8 * 10e-3)
 
 

@@ -96,7 +96,7 @@ def test_each_wheel_has_a_multiplier_of_its_own(wheel: int) -> None:
     assert (field.main, field.flags, field.bits) == (INPUT, 6, 16)
     assert (field.number(0x14), field.number(0x24)) == (-32767, 32767)
     assert (field.number(0x34), field.number(0x44)) == (0, 0)  # as the logical ones
-    # A multiplier is for the controls in its own logical collection.
+    # A multiplier applies to the controls in its own logical collection.
     (multiplier,) = [
         f for f in FIELDS if MULTIPLIER in f.usages and f.collections[-1] == field.collections[-1]
     ]

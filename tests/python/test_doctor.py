@@ -295,7 +295,7 @@ def test_losses_in_the_knob_are_a_problem_only_if_they_are_new(
 
 def test_late_and_long_ticks_are_a_problem(facts: KnobFacts) -> None:
     assert not doctor_knob.check_ticks(with_health(facts, tick_overruns=1)).ok
-    assert not doctor_knob.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # of 1 ms
+    assert not doctor_knob.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # 1 ms
     assert doctor_knob.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
 
 
@@ -309,7 +309,7 @@ def test_damaged_cable_shows_in_an_examination() -> None:
         knob.emulator.set_link_faults(torsio.LinkFaults(drop_input=0.02))
         try:
             finding = doctor_knob.check_losses(doctor_facts.examine(knob))
-        except torsio.Timeout as error:  # an answer was among what was lost
+        except torsio.Timeout as error:  # an answer was lost too
             finding = doctor.check_failure(error)
         assert not finding.ok
         assert finding.advice
@@ -427,7 +427,7 @@ def test_every_way_in_which_an_encoder_fails_is_told(facts: KnobFacts) -> None:
         assert words in finding.text
 
 
-# Windows, of which only this much can be played here ------------------------------------------
+# Windows, as far as this system can play it ----------------------------------------------------
 
 
 def listed(serial: str) -> torsio.ListedDevice:

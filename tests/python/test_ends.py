@@ -272,7 +272,7 @@ def test_events_and_callback_tell_the_same() -> None:
             knob.on_event(3)  # type: ignore[arg-type]
 
 
-# In a process of its own: what hangs in here holds the interpreter up at its end.
+# In a process of its own: a hang in here would keep the interpreter from ending.
 CLOSING = """
 knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced={paced}))
 told = threading.Event()
@@ -351,7 +351,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
 """,
         timeout_s=300,
     )
-    # 300 rings that were filled at once would be 1.1 GB.
+    # 300 filled rings would be 1.1 GB.
     assert int(result.stdout) < 500, result.stderr
 
 

@@ -110,7 +110,7 @@ def test_stiffest_that_is_rendered_begins_at_three_times_what_is_stable(calibrat
     with torsio.open("emulated") as knob:
         knob.configure(ACTUATOR)
         knob.configure(torsio.ControlConfig(law="calibrated"))
-        # The law's beginning leaves the encoder's steps out, which it finds out by itself.
+        # The law starts without the encoder's part of equation (8').
         steps = ACTUATOR.motor_torque_max_nm * ACTUATOR.counts_per_rev / (2.0 * math.pi)
         stable = 1.0 / (1.0 / knob.stable_stiffness().stiffness_nm_per_rad - 1.0 / steps)
         assert told.bound_nm_per_rad == pytest.approx(3.0 * stable, rel=1e-5)

@@ -89,7 +89,7 @@ def test_wall_is_learned_better_than_laws_render_it_that_know_less_of_the_brake(
     assert learned.keys() == {"nothing", "learned"} | laws
     assert learned["nothing"] < -100.0  # pressed by 40 mN m and more into walls that are not there
     assert learned["learned"] > max(learned[law] for law in laws - {"the law calibrated"})
-    # It is told all of the brake that the learner had to find out.
+    # It knows all of the brake that the learner had to find out.
     assert learned["the law calibrated"] == pytest.approx(learned["learned"], rel=0.2)
     begun = _learn("2")
     assert begun == _learn("2")

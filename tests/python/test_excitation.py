@@ -123,6 +123,6 @@ def test_servo_whose_encoder_dies_does_not_make_the_knob_ever_faster(
         truth = knob.emulator.truth()
         assert knob.state != "armed"
         reached = np.abs(truth["speed_rad_s"])
-        # At most 50 ms of 64 mN m on 1e-4 kg m2, 32 rad/s, and what comes before it asks for all.
+        # 50 ms of 64 mN m on 1e-4 kg m2 give 32 rad/s. 12 more come before the servo asks for all.
         assert reached.max() < 30.0 + 32.0 + 12.0
         assert truth["time_s"][reached.argmax()] - truth["time_s"][0] < 0.1

@@ -155,7 +155,7 @@ def test_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     assert "none.uf2" in result.output
 
 
-# A board that is not there: a drive is a folder, and what is copied to it becomes the knob's ----
+# No board: a drive is a folder, and a copied file becomes the knob's firmware --------------------
 
 
 class StandIn:
@@ -223,7 +223,7 @@ class StandIn:
             self.taking.start()
 
     def _take(self) -> None:
-        # A boot loader starts what it has got once all blocks have come.
+        # A boot loader starts the program once all blocks have come.
         copied = self.mount / "torsio.uf2"
         data = b""
         for _ in range(2000):

@@ -58,7 +58,7 @@ def test_call_that_is_wrong_says_how_it_is_right() -> None:
 
 def test_data_classes_are_pickled_as_before() -> None:
     assert pickle.loads(pickle.dumps(WALL)) == WALL
-    torsio.FeedbackHand(lambda time_s, angle_rad, speed_rad_s: 0.0)  # whose function needs no name
+    torsio.FeedbackHand(lambda time_s, angle_rad, speed_rad_s: 0.0)  # the function needs no name
 
 
 def test_angle_may_be_given_in_degrees() -> None:

@@ -200,7 +200,7 @@ def test_vendor_interface_has_no_game_in_it() -> None:
 
 
 def test_descriptor_bytes_change_only_on_purpose() -> None:
-    # Drivers keep what they learnt of a device; a new descriptor is a new device to them.
+    # Drivers remember a device by its descriptor; a new one is a new device to them.
     descriptor = emulator.usb_report_descriptor(1)
     assert descriptor.startswith(bytes.fromhex("05010904a10185010930160180"))
     assert (

@@ -45,7 +45,7 @@ def test_game_that_centres_in_its_own_frames_swings_a_free_knob_and_the_own_damp
     swings, settled = axis_while_a_game_centres(0), axis_while_a_game_centres(40)
     assert max(map(abs, swings[-120:])) > 32767 / 2  # 4 rad, and for ever
     assert max(settled[-120:]) - min(settled[-120:]) <= 2
-    assert abs(settled[-1]) < 0.02 * 32767  # friction and what the damper lets creep
+    assert abs(settled[-1]) < 0.02 * 32767  # friction, and the damper's creep
 
 
 def test_own_feel_gains_and_reversal_are_kept_on_the_knob() -> None:

@@ -116,7 +116,7 @@ def test_effects_that_ask_for_more_than_all_together_get_are_told() -> None:
         reading = monitor.read()
         assert reading.clipped_share == pytest.approx(0.5, abs=0.01)
         assert reading.status.torque_nm == pytest.approx(0.8 * FULL_NM, rel=1e-3)
-        assert reading.status.asked_percent == 80  # of the last half second
+        assert reading.status.asked_percent == 80  # in the last half second
         game.play(other)
         knob.sleep(1.2)
         assert monitor.read().asked_most_percent == 160

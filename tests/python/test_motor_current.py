@@ -69,5 +69,5 @@ def test_disarmed_board_goes_on_to_measure_and_drives_nothing() -> None:
     assert told.measured
     assert told.periods > 1000
     assert told.share_sum == told.share == 0.0
-    # The converter cuts off what is less than a step of 0.8 mV.
+    # The converter cuts off parts of a step of 0.8 mV.
     assert told.zero_a * 0.2 == pytest.approx(1.6, abs=1e-3)

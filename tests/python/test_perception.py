@@ -70,7 +70,7 @@ def test_walls_and_steps_that_cannot_be_are_refused(stiffness: float, jnds: floa
 def test_vibration_is_what_changes_faster_than_20_hertz() -> None:
     time_s = np.arange(1100) / 1000.0
     buzz = 3e-3 * np.sin(2.0 * np.pi * 100.0 * time_s)
-    # What is beyond whole 0.05 s is left out, and so is a push that grows slowly.
+    # Samples beyond whole 0.05 s are left out, and so is a push that grows slowly.
     assert perception.vibration_nm(buzz, 1000.0) == pytest.approx(3e-3 / math.sqrt(2.0))
     slow = 50e-3 * np.sin(2.0 * np.pi * 0.1 * time_s)
     assert perception.vibration_nm(slow, 1000.0) < 0.5e-3

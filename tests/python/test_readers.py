@@ -127,7 +127,7 @@ def hand(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     path = folder / "hand.txt"
 
     def read() -> None:
-        # One that is right meets a place where nobody can listen.
+        # A right one, in a place where nobody can listen.
         command: list[str | Path] = [SERVER, "--hand", f"scripted:{path}", "--address", "192.0.2.1"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
         assert done.returncode in (1, 2), done

@@ -178,7 +178,7 @@ def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path)
     damaged = bytearray(whole)
     damaged[len(whole) // 2] ^= 0xFF
     file.write_bytes(damaged)
-    torsio.load(file)  # what can be read
+    torsio.load(file)  # the readable part
 
 
 def test_damaged_chunk_costs_no_other(knob: torsio.Knob, tmp_path: Path) -> None:

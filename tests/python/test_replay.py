@@ -122,7 +122,7 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
     before, after = replayed.recorded, replayed.replayed
     np.testing.assert_array_equal(before["desired_torque_nm"], after["desired_torque_nm"])
     assert before["brake_capacity_nm"].max() > 0.05
-    # Without a brake the motor is asked for all of it, up to what it can give.
+    # Without a brake the motor gives all of it, up to its limit.
     felt = after["desired_torque_nm"] < -0.03
     limit = torsio.ActuatorConfig().motor_torque_max_nm
     wanted = np.clip(after["desired_torque_nm"], -limit, limit)
@@ -157,7 +157,7 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
 def test_torn_recording_is_the_same_as_far_as_its_inputs_reach(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Each message goes to the disk by itself, so that the file may be torn behind any of them.
+    # Each message goes to the disk alone, so that the file may be torn behind any of them.
     monkeypatch.setattr("torsio.recordings.file._FLUSH_S", -1.0)
     file = tmp_path / "x.mcap"
     options = _options(log_inputs=True)
@@ -191,7 +191,6 @@ def test_counts_in_the_telemetry_are_enough_for_a_replay(tmp_path: Path) -> None
             knob.arm()
             knob.sleep(0.7)
             knob.disarm()
-            # Nobody knows what happens without samples, so nothing happens here.
             knob.sleep(0.6)
             knob.update(law="compensated")
             knob.start_telemetry(4000.0)
@@ -277,7 +276,7 @@ def test_zero_before_the_first_sample(tmp_path: Path) -> None:
         knob.sleep(1.5)
         with knob.record_to(file):
             knob.zero()
-            knob.start_telemetry(1000.0)  # which forgets the samples before
+            knob.start_telemetry(1000.0)  # forgets the samples before
             knob.sleep(0.4)
     replayed = torsio.replay(file)
     assert replayed.recorded["position_counts"][0] > 0

@@ -84,7 +84,7 @@ def test_boundary_is_where_a_swing_neither_grows_nor_dies(law: str, rate_hz: flo
     damping, stiffness = stability.boundary(actuator, control, rate_hz)
     assert len(damping) > 50
     assert np.all(damping >= 0.0)
-    # Without a damper it is what the device begins with, by another way.
+    # Without a damper it is the device's starting value, computed another way.
     device = solved(actuator, control, rate_hz)
     assert stiffness[np.argmin(damping)] == pytest.approx(device, rel=0.15)
     if law == "paper":

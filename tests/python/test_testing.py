@@ -434,7 +434,7 @@ WAIT = """if True:
     ],
 )
 def test_wait_of_the_standard_library_ends_by_the_walls_clock(wait: str) -> None:
-    # By itself, for as long as any loaded machine needs: what hangs is killed.
+    # In a process of its own, with a limit for any loaded machine.
     result = subprocess.run(
         [sys.executable, "-c", WAIT.format(wait)],
         capture_output=True, text=True, timeout=60, check=False,

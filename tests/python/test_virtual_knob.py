@@ -55,7 +55,7 @@ def emulated(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
 def end(process: subprocess.Popen[str], how: signal.Signals = signal.SIGINT) -> tuple[str, str]:
     process.send_signal(how)
     process.wait(timeout=30)
-    # Not communicate(), which would miss what readline() has buffered.
+    # communicate() would miss the text that readline() has buffered.
     assert process.stdout is not None
     assert process.stderr is not None
     return process.stdout.read(), process.stderr.read()

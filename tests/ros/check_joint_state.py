@@ -19,7 +19,7 @@ TREE = Path(__file__).parents[2]
 PYTHON = TREE / "build/ros/bin/python"
 EXAMPLE = TREE / "examples/ros/publish_joint_state.py"
 RATE_HZ = 200.0
-COUNT_RAD = 2 * np.pi / 8192  # of the emulated encoder
+COUNT_RAD = 2 * np.pi / 8192  # the emulated encoder's
 
 # The knob keeps no pace with the clock, so that all stamps are of the device's alone.
 SENDER = """
@@ -126,7 +126,7 @@ def test_joint_is_where_the_knob_is_at_the_time_of_the_device(environment: dict[
     stamps_ns = np.array(stamps)
     assert np.abs(np.diff(stamps_ns) - 1e9 / RATE_HZ).max() <= 1
     truth_s, truth_rad = np.array(told["time_s"]), np.array(told["angle_rad"])
-    # Which moment of the device was the first: the only one from which on positions are the truth.
+    # The device's first moment: from the only one where all later positions are the truth.
     after_s = (stamps_ns - stamps_ns[0]) / 1e9
     firsts_s = truth_s[(truth_s >= told["device_s"][0]) & (truth_s + after_s[-1] <= truth_s[-1])]
     errors_rad = [

@@ -87,8 +87,8 @@ def test_free_motion_takes_the_friction_of_what_turns() -> None:
         "brake_only": 1e-3 + DRAG_NM + viscous["brake"],
         "parallel": 6e-3 + DRAG_NM + viscous["motor"] + viscous["brake"],
         "soft_sensor_paper": 6e-3 + DRAG_NM + viscous["motor"] + viscous["brake"],
-        "soft_spring": 6e-3 + viscous["motor"],  # its motor cancels what the spring shows
-        # Its motor takes off what it is told, of friction that is known.
+        "soft_spring": 6e-3 + viscous["motor"],  # its motor cancels the spring
+        # Its motor takes off the known friction.
         "soft_sensor_calibrated": 6e-3 + DRAG_NM - 5.8e-3 + viscous["motor"] + viscous["brake"],
     }
     for key, drag in expected.items():

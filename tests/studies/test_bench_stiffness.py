@@ -78,7 +78,7 @@ def test_predicted_stiffness_solves_the_balance_of_feeding_and_losses() -> None:
 
 
 def test_fast_loop_is_stable_to_three_times_the_stiffness_of_one_of_500_hertz() -> None:
-    # The worst of five speeds at each; the slow one at the 10 kHz that all boards had with it.
+    # The worst of five speeds at each. The slow loop runs at 10 kHz.
     slow = next(one for one in bench.LOOPS if one.board == "pico" and "500 Hz" in one.name)
     fast = next(one for one in bench.LOOPS if one.board == "pico2" and "40 kHz" in one.name)
     soft = bench.springs(1.06)
@@ -100,5 +100,5 @@ def test_knob_promises_no_stiffness_that_the_board_does_not_hold(board: str, cou
         knob.update(counts_per_rev=counts, motor_time_constant_s=LAGS_S[board])
         told = knob.stable_stiffness().stiffness_nm_per_rad
     assert bench.rests(loop, counts, [0.5 * told, 0.75 * told, told]).all()
-    # Nor much less than what it holds.
+    # Nor much less than it holds.
     assert not bench.rests(loop, counts, [2.5 * told]).all()

@@ -257,7 +257,7 @@ def test_knob_that_nobody_sees_turn_is_pushed_to_no_more_than_a_sane_speed(
             calibrate(knob)
         assert (refused.value.step, refused.value.reason) == ("signs", reason)
         assert np.abs(knob.emulator.truth()["speed_rad_s"]).max() < 60.0
-        # To and fro, and never less than before.
+        # To and fro, never less than before.
         assert np.all(np.diff(np.sign(pulses)) != 0.0)
         assert np.all(np.diff(np.abs(pulses)) >= 0.0)
 

@@ -40,7 +40,7 @@ def test_torque_that_is_missing_is_that_of_the_current_that_rises_until_it_is_re
     drive = Drive(0.05, 2.5, 12.0, 12.0 / 1.5e-3 * 1e-6, 0.02)
     half_nm = 6.0 / 2.5 * 0.05
     told_nm = np.array([half_nm, -half_nm, 0.0, 0.0])
-    speed_rad_s = np.array([0.0, 0.0, 60.0, 0.0])  # whose back EMF is 3 V
+    speed_rad_s = np.array([0.0, 0.0, 60.0, 0.0])  # at a back EMF of 3 V
     expected = [0.05 * 4e-3, -0.05 * 4e-3, 0.05 * 6e-3, 0.0]
     assert drive.missing_nm(told_nm, speed_rad_s) == pytest.approx(expected)
 
@@ -103,7 +103,7 @@ def test_torque_constant_is_judged_by_what_it_is_and_not_by_what_the_supply_make
 
 
 def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -> None:
-    hidden = hidden_knob(1012)  # whose current is read later than most boards read it
+    hidden = hidden_knob(1012)  # reads its current later than most boards
     assert hidden.plant.brake_hysteresis is not None
     half_nm = hidden.plant.brake_hysteresis.half_width_nm
     with hidden_board(hidden, emulated=True) as knob:

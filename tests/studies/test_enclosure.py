@@ -20,7 +20,7 @@ from torsio_studies.execution import execute
 from torsio_studies.fidelity.truth import hand_torque
 
 PUSH_NM, PUSHED_S = 0.05, 0.25
-# A knob by itself; every number is exact in binary.
+# A knob alone; every number is exact in binary.
 ALONE = torsio.PlantParams(
     knob_inertia_kg_m2=2.0**-14, knob_viscous_nm_s_per_rad=2.0**-12, knob_coulomb_nm=2.0**-7,
     shaft_stiffness_nm_per_rad=0.0, shaft_damping_nm_s_per_rad=0.0,

@@ -113,12 +113,13 @@ def test_study_fidelity_sets_every_method_beside_the_truth(tmp_path: Path) -> No
         for row in results["closed_loop"]
         if row["precision"] == "double"
     }
-    assert loops["all", 20_000]["error"] == 0.0  # what the others are held against
+    assert loops["all", 20_000]["error"] == 0.0  # the others' reference
     assert loops["all", 1_000]["error_rms"] > loops["all", 10_000]["error_rms"] > 0.0
     for parts in ("without hardening", "without hysteresis", "without belt", "without cogging"):
         assert loops[parts, 20_000]["error"] > 1e-3, parts
     assert loops["none", 20_000]["error"] > 1e-2
-    # A count that flips a tick earlier or later shifts what follows; rounding alone is less.
+    # A count that flips a tick earlier or later shifts all that follows; rounding alone shifts
+    # less.
     for row in results["closed_loop"]:
         if row["precision"] == "single" and row["control_rate_hz"] == 1_000:
             assert row["error_rms"] == pytest.approx(loops["all", 1_000]["error_rms"], rel=0.1)
@@ -133,7 +134,7 @@ def test_study_fidelity_sets_every_method_beside_the_truth(tmp_path: Path) -> No
     for summary in results["summary"]:
         assert summary["target_error"] == 1e-3
         assert summary["exact"]["error"] <= 1e-3
-        # No assertion on time beyond what no load of the machine can turn round.
+        # Only orders of time that no load of the machine turns round.
         if summary["ratio"] is not None:
             assert summary["ratio"] > 10
             assert summary["mujoco"]["error"] <= 1e-3

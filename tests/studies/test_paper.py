@@ -249,7 +249,7 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
     assert unknown["imperfect_tracking_out"] == pytest.approx(11.0 / 75.0, rel=0.1)
     for told in (calibrated, measured):
         assert told["imperfect_tracking_out"] < aims["aims"]["imperfect_tracking_out"]
-    # Dry friction of knob and brake, and what is taken off it.
+    # Dry friction of knob and brake, and the assist.
     assert unknown["drag_nm"] == pytest.approx(8e-3, abs=1e-3)
     assert calibrated["drag_nm"] == pytest.approx(unknown["drag_nm"] - 5.8e-3, abs=0.3e-3)
     # A calibration proposes 0.73 of the friction's 6 and the drag's 2 mN m.

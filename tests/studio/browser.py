@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 PAGE = Path(__file__).parents[2] / "build/studio/page"
 AXE = Path(__file__).parents[2] / "studio/node_modules/axe-core/axe.min.js"
-# More than what is on its way when a hand moves, and a few of the slowest readout.
+# More than the delay of a moving hand, and a few of the slowest readout.
 STILL_SAMPLES = 800
 # Chromium asks its maker's servers for many things. Each would wait in vain here.
 _OPTIONS = (
@@ -153,7 +153,7 @@ def news(page: Page, samples: int = 100) -> None:
 
 def settled(page: Page, name: str, *, within: float, timeout_ms: float = 60_000) -> float:
     """Wait until a readout of the samples stands still, and return it."""
-    # As news goes and not time: what comes late does not look like what stands still.
+    # Counts news instead of time: late news is no standstill.
     page.wait_for_function(
         f"""([name, within]) => {{
           const value = Number(document.getElementById(name).value);

@@ -6,7 +6,7 @@ import { test } from "node:test";
 
 import { decode, encode, MalformedReport } from "../../build/studio/modules/codec.js";
 
-// JSON knows no 64-bit numbers: what is longer than a double holds is kept as text.
+// JSON knows no 64-bit numbers: larger ones than a double holds are text.
 const text = readFileSync(new URL("../golden/reports.json", import.meta.url), "utf8");
 const rows = JSON.parse(text.replace(/: (-?\d{16,})(?=[,}])/g, ': "$1"'));
 

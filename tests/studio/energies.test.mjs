@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { decode, encode } from "../../build/studio/modules/codec.js";
 import { energiesOf } from "../../build/studio/modules/energies.js";
 
-const NM = 2 ** 23; // of the device's torques in one N m
+const NM = 2 ** 23; // one N m in the device's units
 const close = (is, should) => assert.ok(Math.abs(is - should) <= 1e-12, `${is} in place of ${should}`);
 
 test("work of motor and shaft becomes joules, and they close", () => {

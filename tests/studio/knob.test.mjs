@@ -107,7 +107,7 @@ test("a page that stood still itself does not complain of an answer that is ther
   const device = new Device();
   const knob = await Knob.open(device);
   const answer = device.say.bind(device);
-  // The answer has come, and nobody has the time to look at it; timers that are due are first then.
+  // The answer has come, but timers that are due run first.
   device.say = (...reports) => {
     setImmediate(() => setImmediate(() => answer(...reports)));
     Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5500);
@@ -170,7 +170,7 @@ test("disarming waits for nothing, and keeps the device's watchdog awake no long
     mock.timers.tick(1000);
   }
   await Promise.all([scene, arm, disarmed]);
-  // No sign of life, and no arm that had to wait came behind it.
+  // No sign of life, and no late arm behind it.
   assert.deepEqual(device.ops, ["disarm"]);
   device.say = answer;
   await knob.arm();

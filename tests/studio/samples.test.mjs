@@ -74,7 +74,7 @@ test("what a lying device sends is refused whole, and what follows counts again"
     report(2n ** 40n, 0, [0]),
   ];
   for (const lie of lies) assert.throws(() => decoder.decode(lie, take), { name: "Error", report: "telemetry" });
-  assert.throws(() => decoder.decode(report(8n, 0, [0]), take)); // which of the two was wrong?
+  assert.throws(() => decoder.decode(report(8n, 0, [0]), take));
   decoder.decode(report(10n, 0, [0]), take);
   assert.equal(rows.length, 5);
   assert.equal(decoder.lost, 0);

@@ -24,7 +24,7 @@ function paper(width, height) {
     },
     clearRect: (...place) => fill(...place, "."),
     drawImage(image, dx, dy) {
-      assert.equal(this.globalCompositeOperation, "copy"); // or what was there shines through
+      assert.equal(this.globalCompositeOperation, "copy"); // or old pixels shine through
       const at = (y, x) => image.rows[y - dy]?.[x - dx] ?? ".";
       canvas.rows = canvas.rows.map((row, y) => row.map((_, x) => at(y, x)));
     },

@@ -230,7 +230,7 @@ def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address
         assert not [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
-        # Armed anew it plays what the page shows.
+        # Armed anew, it plays the page's scene.
         page.click("#arm")
         state_is(page, "armed")
         assert [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]

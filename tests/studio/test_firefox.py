@@ -35,7 +35,7 @@ def test_firefox_plays_a_spring_through_the_bridge_and_one_key_disarms() -> None
         assert page.value("desired_torque_nm") == pytest.approx(wanted, abs=0.01)
         page.press(ESCAPE)
         page.wait_for("document.getElementById('state').value === 'disarmed'")
-        # The other way says what to take instead.
+        # The other way says what to use.
         page.evaluate("document.getElementById('connection').value = 'webhid'")
         page.click("#connect")
         page.wait_for("!document.getElementById('message').hidden")

@@ -50,7 +50,7 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
         armed(page)
         drag_to(page, 0.4)
         settled(page, "angle_rad", within=1e-4)
-        # Slowly into it: what the wall threw back may have wound the spring the other way.
+        # Slowly: a bounce off the wall may have wound the spring the other way.
         for _ in range(3):
             page.keyboard.press("ArrowRight")
             settled(page, "angle_rad", within=1e-4)
@@ -60,10 +60,10 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
         )
         assert angle > WALL_RAD
         assert wanted == pytest.approx(-STIFFNESS * (angle - WALL_RAD), abs=STEP_NM)
-        # At rest the hand, the motor and the spring are in balance but for dry friction.
+        # At rest hand, motor, spring and dry friction are in balance.
         assert abs(hand + motor + spring) <= COULOMB_NM + FLOAT
-        # The spring carries what the hand presses, as far as the sensor sees it: the brake has a
-        # drag of which it does not know, and is known only down to its floor.
+        # The spring carries the hand's press, as far as the sensor sees it. The sensor does not
+        # know the brake's drag, and knows the brake down to its floor only.
         assert sensed < 0
         known = torsio.ActuatorConfig()
         blind = known.brake_torque_min_nm + known.brake_drag_nm
@@ -358,7 +358,7 @@ def test_keyboard_alone_turns_the_knob_in_a_narrow_dark_window(browser: Browser,
         page.focus("#dial")
         for _ in range(3):
             page.keyboard.press("PageUp")
-        # 3 x 20 degrees; a soft hand stays short of it by what friction holds.
+        # 3 x 20 degrees, less the friction in a soft hand.
         angle = settled(page, "angle_rad", within=1e-4)
         assert angle == pytest.approx(math.radians(60), abs=2 * COULOMB_NM / 0.8)
         assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 23, 24)"

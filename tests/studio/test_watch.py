@@ -80,7 +80,7 @@ def test_onlookers_get_what_the_program_gets_and_each_the_same(
             assert wire.decode(answer[1:])[1]["serial"][:8] == list(b"EMULATED")
             socket.send(bytes([GET, NO_REPORT]))
             assert _answer(socket) == bytes([STALLED])
-        # Nobody asked for telemetry, so what comes is what the program is answered.
+        # Nobody asked for telemetry, so the page gets the program's answers only.
         knob.play(WALL)
         knob.arm()
         for socket in (first, second):

@@ -13,7 +13,7 @@ collect_ignore = [] if GUEST_VARIABLE in os.environ else ["guest"]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    # The first worker starts all guests and waits. So that nobody else has to, and the other
-    # tests go on meanwhile, this comes first of all, where it lands on one worker.
+    # The first worker starts all guests and waits. Its file comes first, so that the other workers
+    # go on meanwhile.
     file = Path(__file__).with_name("test_guest.py")
     items.sort(key=lambda item: item.path != file)

@@ -26,7 +26,7 @@ GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
 NEWEST_KERNELS = TREE / "build/newest-kernels"
 # How collecting the guest's tests tells of them: this word, the kernel, the node id.
 TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
-# Many times what a guest takes of an idle processor without KVM, see docs/reference/usb.md: a busy
+# Much longer than a guest needs on an idle processor without KVM, see docs/reference/usb.md. A busy
 # host may take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
 # Tests that run there: the guest's own, and the Python API's, over USB.
@@ -41,7 +41,7 @@ LIFE = TREE / "build/release/tests/determinism/torsio_life"
 LIFE_SIZE = (1, 1)  # seconds, knobs
 LIFE_NUMBER = Path("/torsio-share/number")
 _PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovider"
-# To import those that are installed besides takes an emulated processor longer than all the rest.
+# Importing the other packages takes an emulated processor longer than all the rest.
 _NO_OTHER_PLUGINS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 
 
@@ -120,7 +120,7 @@ export {" ".join(f"{name}={value}" for name, value in variables.items())}
 export HOME=/tmp PYTHONUNBUFFERED=1 PATH=/usr/sbin:/usr/bin:/sbin:/bin
 export LD_LIBRARY_PATH={shlex.quote(os.environ.get("LD_LIBRARY_PATH", ""))}
 cd {shlex.quote(str(TREE))} || exit 2
-# What is in memory is not waited for in the middle of a test.
+# Load it into memory before the tests, so that none waits for the disk.
 cat {PROGRAMS} >/dev/null
 {run}
 status=$?

@@ -15,9 +15,8 @@ ACCELERATOR_VARIABLE = "TORSIO_VM_ACCEL"
 # Features of a processor that NumPy's wheels need; qemu64 has cx16.
 _FEATURES = "+ssse3,+sse4.1,+sse4.2,+popcnt"
 _PROCESSOR = f"qemu64,{_FEATURES}"
-# An emulated processor takes one nanosecond of the guest's time for an instruction; where it waits,
-# time jumps to what comes next. So a test comes out the same however busy the host is. Only with
-# one thread does QEMU count.
+# An emulated processor takes a nanosecond of the guest's time for an instruction; where it waits,
+# time jumps on. So a test does not depend on the host's load. QEMU counts with one thread only.
 _ACCELERATION = {
     "kvm": ["-accel", "kvm"],
     "tcg": ["-accel", "tcg,thread=single,tb-size=512", "-icount", "shift=0,sleep=off"],
@@ -148,7 +147,7 @@ def accelerator(kernel: Path) -> str:
         return chosen
     if not os.access("/dev/kvm", os.R_OK | os.W_OK):
         return "tcg"
-    # The file may be there and not work, which takes long to find out: so it is done once.
+    # The file may exist without working, and finding out takes long: do it once.
     answer = kernel / "accelerator"
     if not answer.exists():
         share = kernel / "probe"

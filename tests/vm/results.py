@@ -46,7 +46,7 @@ def read_junit(file: Path) -> dict[tuple[str, str], Result]:
             if part.tag in ("failure", "error", "skipped")
         ]
         key = (case.get("classname", ""), case.get("name", ""))
-        if earlier := results.get(key):  # an error after the test has a case of its own
+        if earlier := results.get(key):  # an error after the test gets a case of its own
             problems.insert(0, earlier.problem)
         results[key] = Result("\n".join(filter(None, problems)))
     if not results:

@@ -27,7 +27,7 @@ Out = Annotated[
 Quick = Annotated[bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")]
 
 
-# `calibrated` bounds by itself what it renders, so that the study would find no spring that swings.
+# `calibrated` bounds the stiffness, so no spring swings.
 _LAWS = [law for law in get_args(Law) if law != "calibrated"]
 
 
@@ -81,7 +81,7 @@ def _add(name: str, about: str) -> None:
     app.command(name, help=about)(command)
 
 
-# A study with options of its own has its command below instead, and passes them as settings.
+# A study with options of its own has a command below.
 for _name, _about in STUDIES.items():
     if _name not in ("calibration", "design", "enclosure", "falsify", "trade"):
         _add(_name, _about)

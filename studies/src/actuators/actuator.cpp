@@ -46,7 +46,6 @@ std::optional<protocol::Law> device_law(Kind kind) {
   }
 }
 
-/// This device with these parts, all of which it knows, in this environment.
 emulator::ControlSetup make_device(protocol::Law law, const Parts& parts,
                                    const Environment& environment, std::uint32_t counts_per_rev,
                                    std::int64_t period_ns) {
@@ -199,8 +198,8 @@ double LawOf::model_brake(double command_nm) {
   return now;
 }
 
-/// Brake and motor on one shaft: while the hand presses against the torque the brake takes beta of
-/// it, and the motor what the brake does not yet give; otherwise the motor takes all.
+/// Brake and motor on one shaft. While the hand presses against the torque, the brake takes beta of
+/// it and the motor gives the rest. Otherwise the motor gives all.
 MachineCommand LawOf::share(double desired_nm, bool pressing) {
   const double brake_nm = pressing ? parts_.beta * std::abs(desired_nm) : 0.0;
   const double available_nm = model_brake(brake_nm);
@@ -226,7 +225,7 @@ MachineCommand LawOf::hand_over(double desired_nm, bool pressing) {
   const double weight = pressing ? -std::expm1(-period_s_ / parts_.handover_time_constant_s) : 1.0;
   handed_over_nm_ += weight * (desired_nm - handed_over_nm_);
   const double rest_nm = desired_nm - handed_over_nm_;
-  // A brake cannot give what would be a push.
+  // A brake cannot push.
   return both_ways(handed_over_nm_, rest_nm * desired_nm > 0.0 ? std::abs(rest_nm) : 0.0);
 }
 
@@ -239,7 +238,7 @@ MachineCommand LawOf::operator()(const Senses& senses) {
   notice_direction(senses.knob_counts);
   const double desired = senses.desired_torque_nm;
   const bool pressing = desired * direction_ < 0.0;
-  // Of the spring on the knob, from two encoders.
+  // Torque of the spring on the knob, from two encoders.
   const double spring = -parts_.soft_spring_nm_per_rad * rad_per_count_ *
                         static_cast<double>(senses.knob_counts - senses.far_counts);
   MachineCommand command;

@@ -119,7 +119,7 @@ class LawOf {
   core::BrakeState brake_state_;
   double held_brake_nm_ = 0.0;
   double handed_over_nm_ = 0.0;
-  std::optional<emulator::ControlSetup> setup_;  // of (f), which is this device's own controller
+  std::optional<emulator::ControlSetup> setup_;  // for (f), the device's own controller
   core::ControllerState controller_;
 };
 

@@ -122,8 +122,8 @@ void Machine::refresh_matrix() {
   inverse_[1] = {-b / determinant, a / determinant};
 }
 
-/// Friction torques on both shafts. `speed` comes in without friction, relative to what each
-/// friction is fixed to, and goes out with it.
+/// Friction torques on both shafts. `speed` is relative to the part that each friction acts
+/// against: before friction on entry, after it on return.
 Machine::Pair Machine::solve_friction(Pair& speed, const Pair& lowest, const Pair& highest) const {
   const auto& gain = inverse_;
   const Contact knob{gain[0][0], speed[0], lowest[0], highest[0]};
@@ -187,7 +187,7 @@ void Machine::step() {
     state_.angle_rad[i] += step_s_ * (kTheta * state_.speed_rad_s[i] + (1.0 - kTheta) * old[i]);
   }
   if (params_.brake != Seat::nowhere) {
-    // Bearing and brake on one shaft hold together; each takes part by what it can hold.
+    // Bearing and brake on one shaft share the torque by their limits.
     const double bound = force[braked] < 0.0 ? -lowest[braked] : highest[braked];
     const double share = bound > 0.0 ? 1.0 - coulomb[braked] / bound : 0.0;
     state_.brake_torque_nm = share * force[braked];

@@ -85,8 +85,7 @@ class Machine {
   [[nodiscard]] double hand_torque_nm() const;
   /// The spring's torque on the knob, its damping included; 0 without a far shaft.
   [[nodiscard]] double spring_torque_nm() const;
-  /// All that the actuator does to the knob, but for the friction of its bearings: what the hand
-  /// feels.
+  /// What the hand feels: the actuator's torques on the knob, without the friction of its bearings.
   [[nodiscard]] double rendered_torque_nm() const;
 
  private:

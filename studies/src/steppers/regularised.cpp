@@ -1,7 +1,5 @@
-// Classical Runge-Kutta with friction smoothed to f tanh(speed / smoothing). It is here as a
-// warning: a shaft that friction should hold creeps, since only a speed makes torque, and a
-// smoothing fine enough to hide that makes the equations so stiff that the step must shrink with
-// it.
+// Classical Runge-Kutta with friction smoothed to f tanh(speed / smoothing). It is a warning: a
+// shaft that friction should hold creeps. A finer smoothing creeps less, but needs smaller steps.
 
 #include <array>
 #include <cmath>

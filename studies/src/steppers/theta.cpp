@@ -62,7 +62,6 @@ class ThetaStepper final : public Stepper {
   void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) override;
 
  private:
-  /// What A and its inverse depend on besides the model.
   struct Key {
     std::int64_t duration_ns = 0;
     double shaft_stiffness = 0.0;
@@ -78,7 +77,7 @@ class ThetaStepper final : public Stepper {
   Key key_;
   double step_s_ = 0.0;
   Matrix damping_{};  // B + theta h S
-  Matrix inverse_{};  // of A
+  Matrix inverse_{};
   Lag motor_lag_;
   Lag brake_lag_;
 };

@@ -41,7 +41,7 @@ TIMER, WATCHDOG, BOOT_RAM, POWMAN = 0xB0, 0xD8, 0xE0, 0x100
 SCRATCH = range(0x0C, 0x2C, 4)
 
 PWM_PERIOD = HZ // 40_000
-PHASES = (0b00, 0b01, 0b11, 0b10)  # of A (bit 0) and B in the order in which a knob passes them
+PHASES = (0b00, 0b01, 0b11, 0b10)  # A (bit 0) and B, in the order of a turning knob
 World = Callable[[float, float, bool], tuple[float, list[float]]]
 
 FUNCTION_PWM, FUNCTION_SIO = 4, 5
@@ -54,11 +54,11 @@ class Chip:
     def __init__(self, library: Path, image: dict[int, bytes], serial: bytes) -> None:
         self.registers: dict[int, dict[int, int]] = {}
         self.watchdog_resets = 0
-        # That the watchdog had left when it was fed, since somebody said to watch that.
+        # Time left to the watchdog when it was fed, since somebody asked to watch it.
         self.watchdog_least_left_ns = math.inf
         self.low = {11}  # pins that the world connects to ground: the emergency stop runs
         self.zero = 2048  # steps of the current sensor without a current
-        self.sensor_amperes: float | None = None  # what the sensor says; None: the truth
+        self.sensor_amperes: float | None = None  # what the sensor shows; None: the truth
         self.motor = {"ohm": 2.5, "henry": 1.5e-3, "voltsPerAmpere": 0.2, **SUPPLY}
         self.cut: set[int] = set()  # pins whose wire is cut
         self.world: World | None = None
@@ -310,7 +310,7 @@ class Chip:
         if block in (PLL_SYS, PLL_USB) and offset == 0:
             return file.get(0, 0) | 1 << 31
         if block == BOOT_RAM and offset < 0x100:
-            return 0x47704770  # what the ROM left there to make the flash fast again: bx lr
+            return 0x47704770  # two times bx lr: the ROM's code that makes the flash fast again
         if block == BOOT_RAM and 0x80C <= offset < 0x82C:
             return 1  # a lock, free for the asking
         if block == PADS and 4 <= offset < 0xC4:
@@ -320,7 +320,7 @@ class Chip:
     def _write_block(self, block: int, offset: int, value: int, raw: int) -> None:
         file = self._file(block)
         if block == ADC and offset == 0 and value & 4:
-            value &= ~(4 | 1 << 8)  # what is set with the other bits was ready, and is not kept
+            value &= ~(4 | 1 << 8)  # the write acknowledges these bits, which do not stay
             self._convert(value >> 12 & 7)
         elif block == PWM:
             self._write_pwm(offset, value, raw)

@@ -105,13 +105,13 @@ class Core:
         self.active: list[int] = []
         self.enabled = 0  # interrupts, a bit each
         self.pending = 0
-        self.level = 0  # of the lines of peripherals: pending as long as they are high
+        self.level = 0  # interrupt lines of peripherals: pending while high
         self.priorities = bytearray(64)
         self.vectors = 0x10000000
         self.sleeping = False
         self._returning = False
         self._systick_since = 0
-        self.failure: BaseException | None = None  # of a callback
+        self.failure: BaseException | None = None  # raised by a callback
         self._registers: dict[int, int] = {}
         for register in (arm.UC_ARM_REG_CONTROL, arm.UC_ARM_REG_PRIMASK):
             self.uc.reg_write(register, 0)
@@ -248,7 +248,7 @@ class Core:
     def count_instructions(self, library: ctypes.CDLL) -> None:
         """From now on, which takes time."""
         self._call_before(unicorn.UC_HOOK_CODE, library.count_instruction, self.instructions)
-        self.uc.ctl_flush_tb()  # what was translated before does not call it
+        self.uc.ctl_flush_tb()  # translated code does not call the new hook
 
     def trace(
         self, name: str, at: int, pointer: tuple[str, int] | None = None, size: int = 0

@@ -54,7 +54,7 @@ class Rom:
             self.flash[address : address + len(page)] = page
         self.cut_after_bytes: int | None = None  # power goes after so many of the next write
         self.erase_ns = TYPICAL_ERASE_NS
-        self.spoilt_byte: int | None = None  # of the next page written
+        self.spoilt_byte: int | None = None  # of the next page written, this byte fails
         self.power_up()
         uc = core.uc
         uc.mem_map(0, SIZE)

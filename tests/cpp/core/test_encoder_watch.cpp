@@ -94,7 +94,7 @@ TEST_CASE("a knob that a hand turns evenly is found out after 256 counts") {
 }
 
 TEST_CASE("a knob that rests on a border of two counts may be noisy for hours") {
-  // The border, and noise on the angle: of its own in every tick, and with a memory.
+  // At the border, with noise on the angle: white noise, then noise with a memory.
   for (const Board& board : {kFast, kSlow}) {
     for (const double memory : {0.0, 0.5, 0.9}) {
       for (const double border : {0.0, 0.5, 1.5}) {

@@ -78,7 +78,7 @@ TEST_CASE("an experiment ends when its servo pulls with all it may and the knob 
   excitation.servo_damping_nm_s_per_rad = 6e-3F;
   excitation.servo_rad_s = 80.0F;  // asks for 0.48 N m of a motor that gives 0.085
   excitation.still_ticks = 50;
-  for (const std::int64_t border : {0, 1, -1}) {  // of two counts: one is shown, then the other
+  for (const std::int64_t border : {0, 1, -1}) {  // between two counts
     Bench bench(excitation);
     for (int n = 0; n < 50; ++n) {
       bench.motion.position_counts = n % 2 == 0 ? 0 : border;

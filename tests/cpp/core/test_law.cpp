@@ -83,8 +83,8 @@ TEST_CASE("while the brake holds, what turns with it changes nothing") {
   }
 }
 
-// A mass on a spring: what is left of a twist after a time is its cosine. The method damps it by
-// half a period's angle, 3e-4 here.
+// A mass on a spring: the rest of a twist is a cosine of time. The method damps it by half a
+// period's angle, 3e-4 here.
 TEST_CASE("behind a brake that holds nothing the spring swings at its own frequency") {
   constexpr double kPeriodS = 2e-6;
   const double rate = std::sqrt(2.873 / 4e-5);
@@ -255,13 +255,13 @@ TEST_CASE("behind a brake that slips the brake's side swings on the bent curve")
   CHECK(most_nm > 0.4);  // it came to the other side
 }
 
-// The speed at the end of a tick is the one that goes with the torque then: friction holds B at
-// rest or takes all of it, and what is left turns its mass. Solved by halving.
+// The speed at the end of a tick fits the torque then: friction holds B at rest, or the torque left
+// turns its mass. Solved by halving.
 TEST_CASE("a tick across knees ends where curve, friction and mass agree") {
   constexpr double kMass = 4e-5 / (1e-3 * 1e-3);
   const core::ShaftParams shaft = bent_shaft(4e-5F, 1e-3F);
   core::SoftSensorState state;
-  double wind_rad = 0.0;  // what the spring's torque is for
+  double wind_rad = 0.0;  // twist behind the spring's torque
   double slid_rad = 0.0;  // in the last tick
   std::mt19937 random(13);
   std::uniform_real_distribution<float> way(-8e-3F, 8e-3F);

@@ -154,7 +154,7 @@ TEST_CASE("periodic effects follow their waveform in time") {
   const double frequency_hz = 7.0;
   const auto step = static_cast<std::uint32_t>(std::llround(frequency_hz * 1e-3 * 4294967296.0));
   const double start = 0.125;
-  using Wave = std::function<double(double)>;  // of the phase in turns, [0, 1)
+  using Wave = std::function<double(double)>;  // phase in turns, [0, 1)
   const std::pair<core::Waveform, Wave> cases[] = {
       {core::Waveform::sine, [](double u) { return std::sin(2.0 * M_PI * u); }},
       {core::Waveform::square, [](double u) { return u < 0.5 ? 1.0 : -1.0; }},

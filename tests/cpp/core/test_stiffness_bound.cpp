@@ -58,7 +58,7 @@ TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more a
     CHECK(bench.step(-sign * 0.2, 1 * sign) == Approx(-sign * 0.03));
     CHECK(bench.step(-sign * 0.1, -sign) == Approx(-sign * 0.02));
     CHECK(bench.step(-sign * 0.05, -sign) == Approx(-sign * 0.01));
-    // Never of the other sign, never more than what is asked.
+    // Never of the other sign, never more than asked.
     CHECK(bench.step(-sign * 0.05, -3 * sign) == 0.0);
     CHECK(bench.step(-sign * 0.3, 9 * sign) == Approx(-sign * 0.09));
     CHECK(bench.step(-sign * 0.005, -sign) == Approx(-sign * 0.005));
@@ -120,7 +120,7 @@ TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the 
     bench.swing(20, n % 2 == 0 ? -1 : 1);
     if (n > 0) share *= 0.6;  // the first may be anything
     CHECK(static_cast<double>(bench.state.share) == Approx(std::max(share, 1.0 / 64)));
-    // So does what the motor may take up of the spring.
+    // So does the motor's limit on cancelling the spring.
     CHECK(bench.state.trust == bench.state.share);
   }
   CHECK(bench.state.share == 1.0F / 64);
@@ -161,7 +161,7 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
   double trust = 1.0;
   for (int n = 1; n <= 54; ++n) {
     bench.step(0.0, n % 2 == 0 ? 1 : -1);
-    // Eight ticks and more behind the first change, twice what may pass between two.
+    // Eight ticks and more behind the first change, twice the longest pause between two.
     if (n % 9 == 0 && share == 0.3) trust *= 0.6;
     if (n % 9 == 0) share = std::max(0.6 * share, 0.3);
     CHECK(static_cast<double>(bench.state.share) == Approx(share));
@@ -181,7 +181,7 @@ TEST_CASE("a narrow swing that hides its turns from a coarse encoder is none of 
   Bench bench;
   for (int n = 0; n < 8; ++n) {
     bench.swing(4, n % 2 == 0 ? 1 : -1);
-    // To and fro by two counts, and then on: it takes 60 ticks, more than a swing that buzzes.
+    // To and fro by two counts, then on: 60 ticks, too slow for a swing that buzzes.
     for (int part = 0; part < 7; ++part) {
       bench.swing(2, n % 2 == 0 ? -1 : 1);
       bench.step(0.0, 0);

@@ -176,8 +176,8 @@ TEST_CASE("a change that a current or a speed may have brought about is none") {
     CHECK(believe_change(turned.state, turned.params));
     CHECK(static_cast<double>(sign > 0.0F ? turned.state.rise_a : turned.state.fall_a) ==
           near(0.6 - 0.14));
-    // What goes away with the speed is none either: half of 0.7 A is what was so, less 0.1 A, half
-    // of the 0.1 A that are remembered, and half of the 0.2 A that its own voltage made.
+    // A current that vanishes with the speed is no fault either. Limit: half of 0.7 A less 0.1 A,
+    // half of the 0.1 A remembered, half of the 0.2 A from its own voltage.
     turned.state.rise_a = turned.state.fall_a = 0.0F;
     turned.look(0.0F, 0.0F);
     CHECK(believe_change(turned.state, turned.params));

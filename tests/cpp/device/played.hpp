@@ -1,5 +1,4 @@
-/// @file
-/// What several tests of safety begin with: a torque that plays at once, and events counted.
+/// @file Shared by tests of safety: a torque that plays at once, and events counted.
 #pragma once
 
 #include <algorithm>

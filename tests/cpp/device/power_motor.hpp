@@ -77,10 +77,10 @@ struct Motor {
   double volts_per_a = 0.2;
   double emf_v_s = 0.05;
   double speed = 0.0;        // rad/s
-  double seen_speed = 0.0;   // what the encoder says
+  double seen_speed = 0.0;   // from the encoder
   double behind = 0.0;       // the estimate's position, in rad
-  double inertia = 0.0;      // of a knob that turns by itself; 0: it turns as a test says
-  double dead_time_v = 0.0;  // of its voltage that the bridge keeps
+  double inertia = 0.0;      // 0: the test turns the knob
+  double dead_time_v = 0.0;  // lost in the bridge
   double zero_steps = 2048.0;
   double amperes = 0.0;
   double most = 0.0;

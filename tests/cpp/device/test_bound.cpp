@@ -1,5 +1,5 @@
-// What the law calibrated does on the device: what it tells of its bound and of energies, and what
-// is none of the knob's motion. The bound itself is in tests/cpp/core/test_stiffness_bound.cpp.
+// The law calibrated on the device: its bound, its energies, and changes that are no motion of the
+// knob. tests/cpp/core/test_stiffness_bound.cpp tests the bound itself.
 #include <algorithm>
 #include <cmath>
 
@@ -100,7 +100,7 @@ TEST_CASE("a new configuration forgets what buzzed with the old one") {
   // Its push a count beside the spring's middle.
   const auto push_nm = [&] {
     begin();
-    rig.inputs.encoder_count -= 1;  // as it went last, or it would be a swing
+    rig.inputs.encoder_count -= 1;  // in the last direction: a turn back would be a swing
     rig.tick();
     const double pushes_nm = std::abs(static_cast<double>(rig.outputs.motor_command_nm));
     REQUIRE(rig.command(Op::disarm) == Status::ok);

@@ -31,7 +31,7 @@ TEST_CASE("a curve of less than two counts is refused") {
 }
 
 TEST_CASE("only the compensated law counts the drag of a brake without current") {
-  // docs/explanation/theory.md, table of laws: what the sensed torque slips at.
+  // docs/explanation/theory.md, table of laws: bound of the sensor.
   for (const Law law : {Law::paper, Law::compensated, Law::parallel, Law::motor_only}) {
     CAPTURE(static_cast<int>(law));
     Rig rig;

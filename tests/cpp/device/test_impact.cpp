@@ -49,7 +49,7 @@ class Bench {
                               static_cast<float>(speed_rad_s), 0.0F};
     const float torque_nm =
         core::add_impacts(*scene_, state_, motion, kResolution, tick_++, others_nm, 1.0F, range);
-    // It is apart from what a bound on what rises along the angle has a say in.
+    // Apart from the bound on torques that rise along the angle.
     if (core::evaluate_scene(*scene_, state_, motion, kResolution, tick_) != 0.0F) FAIL("twice");
     return torque_nm - others_nm;
   }
@@ -103,7 +103,7 @@ TEST_CASE("an impact is a decaying sine in proportion to the speed of the contac
                                   ? -sign * 0.01 * 3.0 * std::exp(-time_s / 4e-3) *
                                         std::sin(2.0 * M_PI * 300.0 * time_s)
                                   : 0.0;
-      // The speed afterwards does not matter, but for its direction.
+      // Afterwards only the direction of the speed matters.
       const float found = bench.at(sign * (moving(i) + 1), sign * (i == 0 ? 3.0 : 1.0));
       CHECK(found == Approx(expected).scale(0.03).epsilon(1e-4));
     }
@@ -207,7 +207,7 @@ TEST_CASE("several impacts share the motor, and the sum of theirs is what it giv
   CHECK(bench.at(1, 3.0) == Approx(-0.085));
   CHECK(bench.knock_nm() == Approx(-0.085));
   bench.range = {-1.0F, 1.0F};
-  // The second has given 25 mN m while the knob came in by a count; it stays at what it asks.
+  // The second gave 25 mN m while the knob came in by a count. It stays there.
   CHECK(bench.at(2, 3.0) == Approx(2.0 * (-0.06 - 0.03 * std::exp(-50e-6 / 4e-3) *
                                                       std::sin(2.0 * M_PI * 300.0 * 50e-6))));
 }
@@ -263,7 +263,7 @@ TEST_CASE("an impact never gives back more than it has taken, but for a tick's m
       const auto counts = static_cast<std::int64_t>(std::floor(angle / kRadPerCount));
       const core::Motion motion =
           core::track_motion(tracked, params, static_cast<std::uint32_t>(counts));
-      // In counts, as a device sees it: what the torque held in this tick has done.
+      // In counts, as a device sees it: the work of the torque held in this tick.
       const double moved_rad = motion.delta_counts * kRadPerCount;
       if (counts <= 0) balance_j = 0.0;  // outside, so that the next contact stands for itself
       balance_j -= push_nm * moved_rad;

@@ -42,7 +42,7 @@ TEST_CASE("a main loop that goes round without a tick does not feed the watchdog
 
 TEST_CASE(
     "a tick that comes whole periods late says how many are missing, and the next is on time") {
-  // The timer comes round meanwhile, as it does every 72 minutes.
+  // The timer wraps meanwhile, as every 72 minutes.
   for (const std::uint32_t begin_us : {0U, 5'000U, 0U - 120U}) {
     CAPTURE(begin_us);
     TickClock clock(begin_us, 50);

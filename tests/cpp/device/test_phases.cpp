@@ -121,7 +121,7 @@ std::vector<std::string> cells(const std::string& line) {
   return found;
 }
 
-/// Event -> what becomes of each phase.
+/// Event -> the next phase, from each phase.
 std::map<std::string, std::vector<std::string>> table() {
   std::ifstream file(TORSIO_TEST_DATA_DIR "/../../docs/explanation/architecture.md");
   REQUIRE(file.good());

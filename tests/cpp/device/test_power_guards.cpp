@@ -161,8 +161,7 @@ TEST_CASE("a supply of half the configured voltage is found out once the motor w
         check_found_out(motor, torque_nm);
       }
     }
-    // A motor that is turned makes 0.05 V s of its own, which asks for no current: 0.3 A at 15
-    // rad/s.
+    // A turned motor makes 0.05 V s, and nobody asked for its current: 0.3 A at 15 rad/s.
     for (const auto& [speed, tells] : {std::pair{15.0, true}, {-15.0, true}, {8.0, false}}) {
       Motor turned(board);
       turned.supply = 6.0;

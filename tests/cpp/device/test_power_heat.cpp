@@ -25,7 +25,7 @@ TEST_CASE("warm air leaves less for ever") {
 TEST_CASE("a current that warms more than was allowed is a fault until the winding has cooled") {
   Motor motor(kSlow);
   std::mt19937 random(1);
-  // 1 A on the average and 0.8 A to and fro, which nobody asked for: 1.64 times the heat.
+  // 1 A in the mean and 0.8 A of ripple, which nobody asked for: 1.64 times the heat.
   motor.sensor = [&](const Motor& of) {
     return of.honest_steps() + (random() % 2 == 0 ? -1.0 : 1.0) * 0.8 * 0.2 / 3.3 * 4096.0;
   };

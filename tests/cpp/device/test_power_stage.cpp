@@ -1,5 +1,5 @@
-// The boards' power stage on a chip that is made of numbers: what it never does, whatever it is
-// told and whatever it measures. tests/board runs the real binary.
+// The boards' power stage on a fake chip: its promises for any order and any measurement.
+// tests/board runs the real binary.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -83,8 +83,7 @@ TEST_CASE("the motor is never asked for more than its current, either way") {
   config.motor_current_max_a = 1.0F;
   for (const float sign : {1.0F, -1.0F}) {
     StageBench bench(config);
-    // At the limit, so nothing is wanted but what the winding's resistance takes, which is not
-    // known.
+    // At the limit only the unknown resistance of the winding matters.
     bench.measure(static_cast<double>(sign));
     bench.apply(on(sign * 100.0F));
     CHECK(std::abs(bench.motor()) < 0.02);
@@ -304,7 +303,7 @@ TEST_CASE("a board that predicts has the same signs, limits and memory") {
       flowing.measure((reversed ? -0.2 : 0.2) * sign);
       flowing.apply(on(static_cast<float>(sign) * 0.01F));
       CHECK(flowing.motor() * sign * (reversed ? -1.0 : 1.0) > 0.0);
-      // A winding that stays at its limit gets what its resistance takes, 2.5 V of 12.
+      // A winding at its limit gets the voltage of its resistance, 2.5 V of 12.
       StageBench limited(config, fast);
       limited.measure((reversed ? -1.0 : 1.0) * sign);
       limited.apply(on(static_cast<float>(sign) * 100.0F));

@@ -1,4 +1,4 @@
-// Effects as they travel, made ready for the tick: what no report's range shows.
+// Effects prepared for the tick: cases that no report's range shows.
 #include <doctest/doctest.h>
 
 #include <cmath>

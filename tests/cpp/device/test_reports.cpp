@@ -225,7 +225,7 @@ TEST_CASE("a calibration is about the values that the device has as it takes it"
   CHECK(rig.get<CalibrationConfig>().values_are == Basis::measured);
   CHECK(rig.get<CalibrationConfig>().calibrated_unix_s == 1'800'000'000);
 
-  // Other parts, or the same values from another host, are none of its business.
+  // Other parts, or the same values from another host, do not matter.
   REQUIRE(rig.set(ControlConfig{}).ok());
   actuator.sequence = 77;
   REQUIRE(rig.set(actuator).ok());
@@ -305,7 +305,7 @@ TEST_CASE("telemetry tells desired, motor, brake and spring torque with their si
     }
     rig.tick(500);  // the brake has settled
     const Sample sample = rig.telemetry.back().sample[0];
-    // The brake may hold its share; what the spring lacks the motor gives.
+    // The brake may hold its share; the motor gives the rest.
     const double desired = -40 * direction * 2.0 * M_PI / 8192;
     CHECK(sample.desired_torque * step == Approx(desired).scale(0).epsilon(1e-3));
     CHECK(sample.brake_capacity * step == Approx(0.5 * std::abs(desired)).scale(0).epsilon(2e-3));

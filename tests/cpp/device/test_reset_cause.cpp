@@ -15,7 +15,7 @@ using torsio::protocol::ResetCause;
 
 namespace {
 
-/// The chip starts anew, with what it knows of why; scratch registers stay.
+/// The chip starts anew and knows why; scratch registers stay.
 ResetCause start(std::uint32_t chip, bool by_watchdog) {
   fake::watchdog.reason = by_watchdog ? 1 : 0;
   fake::watchdog.scratch[4] = fake::kEnabled;  // as the program before has left it

@@ -34,7 +34,7 @@ class Life {
     happen();
     inputs_.encoder_count += static_cast<std::uint32_t>(speed_);
     inputs_.tick_time_ns = one_in(100) ? 990'000 : 1000 + number(50);  // of 1,000,000
-    bound_.rig.device->set_connected(connected_);  // what it knows already, but it must look
+    bound_.rig.device->set_connected(connected_);  // it knows this, but must look
     for (Twin* twin : {&free_, &bound_}) twin->step(inputs_);
     inputs_.missed_ticks = 0;
     const auto health = free_.rig.get<Health>();

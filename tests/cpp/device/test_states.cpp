@@ -1,4 +1,4 @@
-// States, faults, watchdog and deadlines: what must be safe.
+// States, faults, watchdog and deadlines.
 #include <cmath>
 #include <initializer_list>
 
@@ -71,7 +71,7 @@ TEST_CASE("disarm and stop let go along a line of 4 ms; stop forgets the scene")
       rig.tick();
       REQUIRE(rig.acknowledgements.size() == answered + 1);
       CHECK(rig.acknowledgements.back().state == State::disarmed);
-      // That it fades out by itself is told of silence and deadlines only.
+      // Only silence and deadlines fade out, so only they say so.
       for (const Telemetry& report : rig.telemetry) {
         CHECK((report.flags & torsio::protocol::flag::passive) == 0);
       }
@@ -218,7 +218,7 @@ TEST_CASE("losing the bus fails passive at once, with the brake as configured") 
   CHECK(rig.outputs.enabled);
   CHECK(rig.outputs.brake_command_nm == 0.04F);
   rig.tick(20);
-  // The sensor knows of this brake: its model follows what was really commanded.
+  // The sensor's brake model follows the real commands.
   const float step = rig.get<Identity>().torque_step_nm;
   CHECK(rig.telemetry.back().sample[0].brake_capacity * step > 0.005F);
   rig.tick(5);
@@ -314,7 +314,7 @@ TEST_CASE("on its way to the bootloader nobody can arm any more") {
 
 namespace {
 
-/// Ticks until the device gives up; every `every`th has `inputs`. 0: it does not.
+/// Ticks until the device gives up, or 0. Every `every`th tick has `inputs`.
 int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int every) {
   torsio::device::BoardInfo board;
   board.control_period_ns = 100'000;

@@ -1,5 +1,4 @@
-// What the device does with a board's word about its parts: confirmed or not, broken or not, and
-// why the board started.
+// What the board says of itself: parts confirmed or not, broken or not, and why it started.
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -348,7 +347,7 @@ TEST_CASE("an encoder that goes on jumping cannot be cleared, one that jumped on
   rig.tick();
   CHECK(rig.get<Health>().faults == fault::encoder);
   CHECK(clear(4000) == Status::fault_persists);
-  CHECK(clear(0) == Status::fault_persists);  // of the tick before
+  CHECK(clear(0) == Status::fault_persists);  // from the tick before
   CHECK(clear(0) == Status::ok);
   CHECK(rig.get<Health>().faults == 0);
 }

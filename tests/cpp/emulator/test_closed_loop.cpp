@@ -121,7 +121,7 @@ TEST_CASE("a spin-up ends at angle and time 0 with the speed that was asked") {
     CHECK(first.position_counts == 0);
     CHECK(direction * first.speed_rad_s >= 18.0);
     CHECK(direction * first.speed_rad_s < 18.5);
-    // The brake's shaft trails by what its drag and its inertia wind the spring.
+    // The brake's shaft trails by the twist of its drag and inertia.
     CHECK(direction * (first.angle_rad - first.brake_angle_rad) > 0.0);
   }
   ClosedLoopOptions weak;
@@ -236,7 +236,7 @@ TEST_CASE("a sensor that knows how the shaft bends errs as on a straight one, wh
       CAPTURE(factor);
       CAPTURE(straight_nm);
       CHECK(error_nm(true, true) < 1.2 * straight_nm + 1e-4);
-      // The other laws err by what they do not know of the brake, too.
+      // The other laws err too, because they know less of the brake.
       const double much = law == protocol::Law::calibrated ? 4.0 : 1.3;
       CHECK(error_nm(true, false) > much * error_nm(true, true));
     }

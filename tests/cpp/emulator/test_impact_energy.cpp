@@ -58,8 +58,8 @@ std::vector<LoopRow> rows_of(const ClosedLoopOptions& options) {
   return rows;
 }
 
-/// What counts leave open: where in its count the knob was at each of these changes of the torque,
-/// and the motion of a tick.
+/// Counts leave open where in a count the knob was at each change of torque, and how far it moved
+/// in a tick.
 double open_energy_j(double changes_nm, double torque_nm, double moved_rad) {
   return changes_nm * kCountRad + std::abs(torque_nm * moved_rad);
 }
@@ -112,8 +112,8 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
   CHECK(most_taken > 0.3);  // and it has had a say in the motion
 }
 
-// The oracle is the true work of the motor beyond the wall, which is computed here from
-// the counts, with the motor's limits. Wall and knock together are more than it has.
+// The oracle is the motor's true work beyond the wall, computed from counts and the motor's limits.
+// Wall and knock together ask for more than the motor has.
 TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
   constexpr double kMotorNm = 85e-3;
   double most_taken_j = 0.0;

@@ -186,7 +186,7 @@ std::vector<LoopRow> visit(protocol::Law law, double stiffness) {
   ClosedLoop loop(options);
   std::vector<LoopRow> rows(static_cast<std::size_t>(22 * trial.rate_hz / 10));
   loop.run(rows.size(), rows);
-  // Outside the wall one cancels what the brake still holds.
+  // Outside the wall the motor cancels the rest of the brake's torque.
   const auto inside = [](const LoopRow& row) { return row.desired_torque_nm != 0.0F; };
   const auto begin = std::ranges::find_if(rows, inside);
   rows.erase(std::find_if_not(begin, rows.end(), inside), rows.end());

@@ -36,8 +36,8 @@ TEST_CASE("encoder rounds to the nearest count, with phase and direction") {
 }
 
 TEST_CASE("angle keeps a millionth of a count over 1,000 h at 10 rev/s") {
-  // One addition per control tick at 1 kHz would be 3.6e9; the error of one addition is bounded, so
-  // a smaller number of equal additions far away from zero shows the same bound.
+  // One addition per tick at 1 kHz would be 3.6e9 additions. The error of one is bounded, so fewer
+  // additions far from zero show the same bound.
   Angle angle{36'000'000, 0.0};
   const double step_rad = kTurn * 10.0 * 1e-3;
   constexpr int kSteps = 10'000'000;

@@ -18,7 +18,7 @@ using namespace torsio::emulator::test;
 
 TEST_CASE("rung of the ladder is the matrix exponential") {
   PlantParams params;
-  params.motor_time_constant_s = 0.1e-3;  // what the numbers below were made with
+  params.motor_time_constant_s = 0.1e-3;  // as for the numbers below
   PlantModel model = make_model(params, ImpedanceHand{1e-4, 1.0, 0.01, Profile::constant(0.0)});
   const Chain<2> chain(model);
   Regime regime;

@@ -1,6 +1,5 @@
-/// @file
-/// What the power stage needs of Raspberry Pi's SDK, as numbers that a test reads and sets. The
-/// headers beside it have the SDK's names and bring this one in.
+/// @file The part of Raspberry Pi's SDK that the power stage uses, as numbers that a test reads and
+/// sets. The headers beside it have the SDK's names and include this one.
 #pragma once
 
 #include <array>
@@ -22,9 +21,9 @@ inline constexpr std::uint32_t ADC_CS_AINSEL_LSB = 12;
 namespace fake {
 
 struct Chip {
-  std::uint32_t levels = 0xFFFFFFFF;  // of the inputs, and what outputs were told
+  std::uint32_t levels = 0xFFFFFFFF;  // of inputs as set by the test, of outputs as set by the code
   std::uint32_t outputs = 0;          // pins that are outputs
-  std::array<int, 30> function{};     // of each pin
+  std::array<int, 30> function{};     // by pin
   std::array<std::array<std::uint16_t, 2>, 16> pwm{};
   std::uint16_t wrap = 0;
   std::uint32_t running = 0;  // PWM units

@@ -1,5 +1,5 @@
-// A knob's configuration as JSON, read by another library's parser and written by hand. What may
-// be wrong in such a text is in Python's tests of the same, tests/python/test_config_file.py.
+// A knob's configuration as JSON, read by another library's parser and written by hand.
+// tests/python/test_config_file.py has bad texts.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -56,7 +56,6 @@ TEST_CASE("what a text names is set and saved, and the rest stays") {
   CHECK(knob.board_config().supply_v == 24.0);
   CHECK(knob.health().saves == 1);
   load_config(knob, "\xEF\xBB\xBF{}");  // as Notepad begins
-  // What one knob dumps another takes.
   Knob other = Knob::open("emulated");
   load_config(other, dump_config(knob));
   CHECK(dump_config(other) == dump_config(knob));
@@ -68,7 +67,7 @@ TEST_CASE(
   load_config(knob, R"({"calibration_config": {"values_are": "stated"},
     "actuator_config": {"knob_inertia_kg_m2": 7e-5}})");
   CHECK(knob.calibration_config().values_are == Basis::stated);
-  // Each is in range, but no pin may have two jobs: the board's comes last but for what is known.
+  // Each value is in range, but no pin may have two jobs.
   CHECK_THROWS_AS(load_config(knob, R"({"actuator_config": {"knob_inertia_kg_m2": 9e-5},
     "board_config": {"light_pin": 10, "enable_pin": 10}})"),
                   Error);
@@ -153,7 +152,7 @@ TEST_CASE("a text that says what cannot be is told as what it is, and changes no
   refused(R"({"board_config": {"light_pin": 1.5}})", "whole number");
   refused(R"({"board_config": {"light_pin": 1e20}})", "whole number");
   refused(R"({"board_config": {"light_pin": -1e20}})", "whole number");
-  // Also what was set before the part that cannot be.
+  // Also the parts that were set before the refused one.
   refused(R"({"control_config": {"beta": 0.75}, "board_config": {"light_pin": 200}})", "light_pin");
   CHECK(knob.health().saves == 0);
 }

@@ -1,5 +1,4 @@
-// Configurations as they travel, those that fit an emulated plant, and what is refused of a
-// shaft's.
+// Configurations as they travel, those that fit an emulated plant, and refusals of a shaft's.
 #include <doctest/doctest.h>
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The lock of a device where others may write: what they put in its place neither blocks nor helps.
+// The lock of a device in a folder that others may write to.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <sys/stat.h>

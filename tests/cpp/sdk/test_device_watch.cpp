@@ -216,7 +216,7 @@ TEST_CASE("a watcher without notices looks twice a second, also while nothing is
   dev.unplug("hidraw0");
   CHECK(next_text(watcher) == "-hidraw0");
   std::this_thread::sleep_for(1s);
-  CHECK(dev.looks() < 40);  // 50 ms apart would be more by now, and a busy loop thousands
+  CHECK(dev.looks() < 40);  // a period of 50 ms would give more by now, a busy loop thousands
 }
 
 TEST_CASE("stopping ends a waiting call, and every later one at once") {

@@ -42,7 +42,7 @@ class WithoutEvents final : public test::WrappedTransport {
 };
 
 struct Waiting {
-  std::uint8_t id = 0;  // of the waiting report
+  std::uint8_t id = 0;  // the waiting report
   bool holds = false;
   std::deque<ReportBytes> reports;
 };

@@ -52,7 +52,7 @@ class Sysfs {
     fs::create_symlink(raw, root() / "class" / name);
   }
 
-  /// Takes away what a device that leaves has lost already.
+  /// Takes away the files that a leaving device has lost already.
   void lose(int number, const std::string& file) {
     const fs::path entry = root() / "class" / ("hidraw" + std::to_string(number));
     const fs::path lost = fs::canonical(entry / file);

@@ -1,6 +1,5 @@
-// Threads against each other, again and again, for -fsanitize=thread: recordings against whoever
-// stops telemetry, an end while everybody is inside, callbacks that are replaced, close their knob
-// or stop their watch while others do the same. What must come out is said in the tests of each.
+// Threads against each other, again and again, for -fsanitize=thread: recordings while telemetry is
+// stopped, an end while all are in calls, callbacks that are replaced or close their knob.
 #include <doctest/doctest.h>
 
 #include <atomic>

@@ -310,7 +310,7 @@ TEST_CASE("an unplug in any state is a state and an exception that says what to 
     CHECK_THROWS_AS((void)knob.wait_for(State::armed, 1.0), Disconnected);
     CHECK(knob.wait_for(State::disconnected, 0.0));
     if (when == When::streaming) {
-      CHECK_FALSE(knob.read(1000, 0.0).empty());  // what arrived can still be read
+      CHECK_FALSE(knob.read(1000, 0.0).empty());  // samples that arrived
       CHECK_THROWS_AS((void)knob.read(1000, 0.0), Disconnected);
     }
   }

@@ -1,4 +1,4 @@
-// Scenes: what is refused before anything is sent, what is sent, and that bad ones change nothing.
+// Scenes: refusals before anything is sent, what is sent, and that bad scenes change nothing.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -196,7 +196,7 @@ TEST_CASE("a full ring loses the oldest samples and counts them") {
   CHECK(statistics.samples_lost == statistics.samples_received - 100);
   const std::uint64_t lost = statistics.samples_lost;
   CHECK(knob.record(1.0).size() == 1000);  // recording takes them out as they come
-  // But what lies behind its end, in its last report.
+  // Samples behind its end, in its last report.
   CHECK(knob.statistics().samples_lost < lost + protocol::samples_per_report);
 }
 
@@ -348,7 +348,7 @@ TEST_CASE("sample ring keeps the newest and says when it lost one") {
   CHECK(out[0].tick == 2);
   CHECK(out[2].tick == 4);
   CHECK(ring.size() == 0);
-  SampleRing smallest(0);  // which holds one
+  SampleRing smallest(0);  // holds one sample
   CHECK(smallest.push(at(1)));
   CHECK_FALSE(smallest.push(at(2)));
 }

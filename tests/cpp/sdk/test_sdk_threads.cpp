@@ -19,7 +19,7 @@ OpenOptions paced() {
   OpenOptions options{.emulator = EmulatorOptions{}};
   options.emulator->paced = true;
   options.emulator->hand = TorqueHand{{{0.0, 0.03}}};
-  // A busy machine may keep every thread waiting; how long is not what these tests ask.
+  // A busy machine may keep every thread waiting, so no test asks how long.
   options.command_timeout_s = 60.0;
   return options;
 }

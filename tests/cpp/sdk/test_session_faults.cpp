@@ -147,7 +147,7 @@ TEST_CASE("an unplugged or closed recording gives what came until then") {
   }
 }
 
-#ifndef _WIN32  // which does not fork
+#ifndef _WIN32  // Windows does not fork
 TEST_CASE("a forked child can neither use nor keep its parent's knob") {
   Knob knob = Knob::open("emulated", paced_device());
   knob.arm();

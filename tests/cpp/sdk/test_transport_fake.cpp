@@ -30,7 +30,7 @@ struct Script {
   std::uint8_t field = protocol::kNoField;
   std::deque<ReportBytes> input;
   int room = 1 << 30;                // reports until the queue is full
-  std::int64_t sample_every_ns = 0;  // of telemetry, whose ticks count up; 0: none comes
+  std::int64_t sample_every_ns = 0;  // telemetry with ticks that count up; 0: none
 };
 
 class FakeTransport final : public Transport {
@@ -173,7 +173,7 @@ TEST_CASE("a refusal is told in words: why, which report, which field") {
     CHECK(contains(refused.what(), "stiffness_nm_per_rad"));
     CHECK(contains(refused.what(), "docs/reference/protocol.md"));
   }
-  script->status = 99;  // of a newer device
+  script->status = 99;  // from a newer device
   script->field = protocol::kNoField;
   CHECK(contains(message_of<Refused>([&] { knob.arm(); }), "status 99"));
 }

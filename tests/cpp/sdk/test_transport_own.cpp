@@ -1,4 +1,4 @@
-// A transport of the user's own: what it must do, and what the SDK makes of what it does.
+// Transports of the user's own: their duties, and how the SDK takes what they do.
 #include <doctest/doctest.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -57,7 +57,6 @@ class SignCounter final : public WrappedTransport {
   std::atomic<int>& signs_;
 };
 
-/// Fails in its own way, once it is told to.
 class Failing final : public WrappedTransport {
  public:
   Failing(std::unique_ptr<Transport> inner, const std::atomic<bool>& fails)
@@ -84,8 +83,8 @@ class Full final : public WrappedTransport {
   const std::atomic<bool>& is_full_;
 };
 
-// A wire: two sockets, one for questions with their answers, one for what the device sends. Each
-// message has one size: what is asked, or whether it went well, and a report.
+// A wire of two sockets: one for questions and answers, one for the device's reports. Each message
+// has one size: a question or a result, and a report.
 struct Message {
   std::uint8_t what = 0;
   ReportBytes report{};

@@ -1,5 +1,4 @@
-/// @file
-/// Another transport with something of one's own between it and the library.
+/// @file Another transport, with code between it and the library.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -142,8 +142,7 @@ TEST_CASE("actuator law (f): this device's own, on the sensor's torque") {
   const Environment deep{.stiffness_nm_per_rad = 4e-5, .angle_rad = -1000.0};
   const MachineCommand at_rest = both(-0.04, 0.02, 0.02);
   const MachineCommand pressed = both(-0.04 + kCountNm, 0.02, 0.02);
-  // One count in, and two back: the sensor goes from -1 to +1 count's worth, within what it takes
-  // the brake to hold.
+  // One count in, and two back: the sensor goes from -1 to +1 count, within the brake's hold.
   check(Kind::soft_sensor_paper,
         {{at(0, 0.0), at_rest}, {at(1, 0.0), pressed}, {at(-1, 0.0), motor(-0.04)}}, deep);
   for (const Kind kind : {Kind::soft_sensor_compensated, Kind::soft_sensor_calibrated}) {

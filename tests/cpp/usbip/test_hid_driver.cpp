@@ -1,6 +1,5 @@
-// The USB driver on a stack that is made of numbers: what it refuses by itself, whatever the stack
-// lets through, and what becomes of a report that finds no room. HID 1.11, section 7, says what
-// each request is. The other tests here have the real stack.
+// The USB driver on a fake stack: what it refuses, and what becomes of a report without room. HID
+// 1.11, section 7, says what each request is. The other tests here use the real stack.
 #include <doctest/doctest.h>
 // Types of the stack.
 #include <tusb.h>

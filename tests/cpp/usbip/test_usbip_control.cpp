@@ -99,7 +99,7 @@ TEST_CASE("input reports can be asked for as they are, and none is lost by that"
   }
   CHECK(ask(0x40, 0)[1] == 16);  // one sample, of axis 0
   rig.client.submit_in(2, 64);
-  CHECK(rig.client.wait().data.at(3) == 0);  // which lay there before
+  CHECK(rig.client.wait().data.at(3) == 0);  // as before
   rig.client.submit_in(2, 64);
   rig.client.submit_in(2, 64);
   CHECK(rig.client.wait().data.at(0) + rig.client.wait().data.at(0) == 3);  // axis and state
@@ -176,7 +176,7 @@ TEST_CASE("unknown request stalls and the next one works") {
            Request{0x00, 0x09, 0x0101, 0, 0},
            Request{0x80, 0x09, 0x0001, 0, 0},  // against its direction
            Request{0x80, 0x09, 0x0001, 0, 1},
-           Request{0x01, 0x09, 0x0001, 0, 0},  // of an interface
+           Request{0x01, 0x09, 0x0001, 0, 0},  // for an interface
            Request{0x01, 0x0B, 0x0001, 0, 0},  // SET_INTERFACE: an alternate setting
            Request{0x01, 0x0B, 0x0000, 2, 0},  // no such interface
            Request{0x01, 0x0B, 0x0000, 0x0100, 0},
@@ -265,7 +265,7 @@ TEST_CASE("reports of another kind, interface or recipient stall and change noth
   }
   // The id in the request differs from the data's.
   CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0306, 0, 64), good).status == kStall);
-  // No interface 2, and neither the device nor an endpoint has reports.
+  // No interface 2; neither the device nor an endpoint has reports.
   CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0305, 2, 64), 64).status == kStall);
   CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0305, 2, 64), good).status == kStall);
   CHECK(rig.client.control_in(setup_packet(0xA0, 1, 0x0305, 0, 64), 64).status == kStall);

@@ -1,6 +1,6 @@
-// When the host gets samples. How old the newest one of a prompt report is: USB 2.0, 5.7.4, has the
-// host ask once in a frame, and what lies in the endpoint by then is what it gets. And what becomes
-// of them on a machine that stalls.
+// When the host gets samples. USB 2.0, 5.7.4: the host asks once in a frame and gets what lies in
+// the endpoint. So these tests check the age of a prompt report's newest sample, also on a machine
+// that stalls.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ constexpr int kTicksPerFrame = 10;
 struct PromptRig {
   torsio::emulator::usbip::UsbKnob knob{{.control_period_ns = kTickNs, .serial = "RIG-1"}};
   Client client{knob};
-  bool rounds;  // of the device's main loop behind every tick, as on a board
+  bool rounds;  // the device's main loop runs behind every tick, as on a board
 
   PromptRig(std::uint8_t decimation, bool rounds_at_ticks) : rounds(rounds_at_ticks) {
     client.attach();
@@ -112,7 +112,7 @@ TEST_CASE("whoever asks in the middle of a frame gets the clock of that moment")
   };
   const std::uint64_t begin = ticks();
   knob.go_on(450'000);
-  CHECK(ticks() == begin + 5);  // that of the frame's begin is one
+  CHECK(ticks() == begin + 5);  // the tick at the frame's begin is one
   knob.go_on(200'000);          // never back
   CHECK(ticks() == begin + 5);
   knob.go_on(5'000'000);

@@ -37,7 +37,7 @@ TEST_CASE("polls that a late IN transfer has missed are made up for, and no more
   while (rig.client.reply()) {
   }
   rig.client.submit_in(1, 64);
-  CHECK_FALSE(rig.client.reply());  // nobody had listened, so there is nothing to make up for
+  CHECK_FALSE(rig.client.reply());  // nobody listened, so nothing to make up for
   pass(1);
   CHECK(rig.client.reply());
 

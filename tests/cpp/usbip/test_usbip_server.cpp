@@ -152,7 +152,7 @@ TEST_CASE("server stays with its client while others only connect") {
   owner.send(submit_header(1, 1, 0, 18, setup_packet(0x80, 6, 0x0100, 0, 18)));
   rig.serve();
   CHECK(owner.take().size() == 48 + 18);
-  // The oldest had to make room, and not more of them than necessary.
+  // The oldest made room, and only as many as necessary.
   const auto gone = std::ranges::count_if(idle, &Peer::ended);
   CHECK(gone == 41 - static_cast<std::ptrdiff_t>(Server::kMostConnections));
   CHECK(idle.front().ended());
@@ -192,7 +192,7 @@ TEST_CASE("server stops reading from a client that does not read") {
   for (int i = 0; i < 100; ++i) {
     requests = requests + submit_header(1, 1, 0, 255, setup_packet(0x80, 6, 0x0200, 0, 255));
   }
-  // The answers are longer than the questions. What is on the way is narrow on one side only.
+  // The answers are longer than the questions, and only one side has narrow buffers.
   std::size_t taken = 0;
   constexpr std::size_t kEndless = std::size_t{1} << 25U;
   for (int idle = 0; idle < 20 && taken < kEndless;) {

@@ -11,8 +11,7 @@ using torsio::emulator::usbip::UsbKnob;
 
 namespace {
 
-/// Arms the knob and takes what it has to say of that.
-/// @returns the number of a transfer IN that waits
+/// Arms the knob and takes its answer. @returns the number of a transfer IN that waits
 std::uint32_t arm_and_wait(Rig& rig) {
   rig.client.submit_out(1, command(1, kArm));
   (void)rig.client.wait();
@@ -110,7 +109,7 @@ TEST_CASE("a knob that a host has configured stays armed, and none is before the
   {
     UsbKnob knob({});
     auto& device = knob.device().device();
-    // A game's push that nobody can have sent: create, set effect, set constant, start.
+    // A game's push: create, set effect, set constant, start.
     CHECK(device.game().set_feature(Bytes{0x21, 1, 0, 0}));
     device.game().receive(
         Bytes{0x11, 1, 1, 0xFF, 0xFF, 0, 0, 0, 0, 0xFF, 0x7F, 0, 2, 0xFF, 0x5F, 0, 0});
@@ -159,10 +158,10 @@ TEST_CASE("bus reset in the middle of transfers ends them and the knob may be co
   Rig rig;
   const auto state = [&] { return rig.knob.device().device().state(); };
   const std::uint32_t waiting = arm_and_wait(rig);
-  // The device waits for 64 bytes of which none come.
+  // The device waits for 64 bytes, and none come.
   CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0305, 0, 64)).status == kStall);
 
-  rig.knob.host().plug();  // to the device this is a reset of the bus
+  rig.knob.host().plug();  // the device sees a reset of the bus
   const Reply ended = rig.client.wait();
   CHECK(ended.sequence == waiting);
   CHECK(ended.status == kStall);  // silicon says nothing at all there, which ends it as well
@@ -231,7 +230,7 @@ TEST_CASE("client that goes in a control transfer's data stage leaves a stack th
     Client client(knob);
     client.attach();
     client.configure();
-    // The device waits for 64 bytes of which none come.
+    // The device waits for 64 bytes, and none come.
     CHECK(client.control_out(setup_packet(0x21, 9, 0x0305, 0, 64)).status == kStall);
   }
   Client next(knob);

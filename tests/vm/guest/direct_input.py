@@ -21,7 +21,7 @@ DIRECT_INPUT = (FOLDER / "effects.exe",)
 PREFIX = FOLDER / "prefix"
 LENGTH_MS = 300
 LENGTH_S = LENGTH_MS / 1e3
-HALF = 5_000  # of DirectInput's 10,000
+HALF = 5_000  # DirectInput's full level is 10,000
 SATURATED = 10_000
 PUSHED = f"10000 1 0 {HALF} {SATURATED}"
 

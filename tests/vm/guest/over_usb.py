@@ -46,7 +46,7 @@ IN_EVERY_RUN = {
 }
 
 
-@pytest.hookimpl(tryfirst=True)  # before what a mark rules out goes
+@pytest.hookimpl(tryfirst=True)  # before a mark rules tests out
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in list(items):
         if not item.nodeid.startswith(FOLDER):

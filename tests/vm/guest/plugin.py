@@ -13,8 +13,8 @@ import pytest
 from tests.vm import guests, kernel_log
 from tools.kernels import EVERY_KERNEL_VARIABLE
 
-# Of one test, in the guest's time, which runs ahead while files are fetched from the host. One with
-# the mark "long" is ended by the machine's own limit alone.
+# Limit of one test, in the guest's time, which runs ahead while files come from the host. A test
+# with the mark "long" has the machine's own limit only.
 LIMIT_S = 1000
 
 

@@ -24,7 +24,7 @@ from tests.vm.guest.torque_log import let_pass, plug
 from tests.vm.guest.udev import running as running_udev
 from tests.vm.guest.virtual_bus import VirtualBus
 
-# USB/IP 1.1.1: a header, and behind it what goes out with a transfer.
+# USB/IP 1.1.1: a header, then the data of a transfer out.
 _HEADER = struct.Struct(">5I4xI12x8s")
 _SUBMIT, _OUT = 1, 0
 _SET_REPORT = bytes((0x21, 0x09))
@@ -74,7 +74,7 @@ def _pump(source: socket.socket, sink: socket.socket, kept: bytearray | None) ->
                 kept += data
             sink.sendall(data)
     with suppress(OSError):
-        sink.shutdown(socket.SHUT_RDWR)  # which ends the other direction
+        sink.shutdown(socket.SHUT_RDWR)  # ends the other direction too
     source.close()
 
 

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-# Kinds of effects; also their bits in what a device says it can do.
+# Kinds of effects; also their bits in the device's features.
 CONSTANT, SINE, LEFT_RIGHT, TRIANGLE, SAW_UP, SAW_DOWN, RAMP = (1 << n for n in range(7))
 SPRING, DAMPER, INERTIA, FRICTION = (1 << n for n in range(7, 11))
 GAIN = 1 << 12

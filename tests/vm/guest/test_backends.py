@@ -127,7 +127,7 @@ def without_drivers() -> Iterator[None]:
 
 @pytest.mark.whole
 @pytest.mark.pulls_cable
-@pytest.mark.usefixtures("udev")  # which tells libusb of arrivals
+@pytest.mark.usefixtures("udev")  # tells libusb of arrivals
 def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file_and_go(
     bus: VirtualBus,
 ) -> None:

@@ -65,7 +65,7 @@ def test_nothing_plugged_in_is_said() -> None:
 
 
 def test_nobody_is_told_that_the_rule_is_missing(knob: VirtualKnob) -> None:
-    doctor_linux.install_rule_line()  # nobody may not read what Python has yet to import for it
+    doctor_linux.install_rule_line()  # imported lazily
 
     def work(output: TextIO) -> None:
         become_nobody()

@@ -76,7 +76,7 @@ def owners_told(file: int) -> list[tuple[str, str]]:
 def test_sdk_takes_over_and_gives_back_without_a_jump(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)
-    # With an end: Linux 7.2 does not send what starts an endless effect a second time.
+    # With an end: Linux 7.2 does not send the second start of an endless effect.
     number = pad.upload(replace(push(32767), length_ms=30_000))
     listener = os.open(knob.hidraw, os.O_RDWR | os.O_NONBLOCK)
     with torsio.open(knob.serial) as opened:
@@ -168,7 +168,7 @@ def test_flood_of_updates_is_late_by_no_more_than_linux_keeps(
 
 
 def test_killed_game_leaves_no_force(bus: VirtualBus, tmp_path: Path) -> None:
-    # Linux closes what a killed process had open: evdev_release, input_ff_flush.
+    # Linux closes the files of a killed process: evdev_release, input_ff_flush.
     knob, log = plug(bus, tmp_path)
     ready, done = os.pipe()
     game = os.fork()

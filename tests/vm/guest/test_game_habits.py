@@ -106,7 +106,7 @@ def test_update_brings_back_what_silence_has_ended(bus: VirtualBus, tmp_path: Pa
     let_pass(knob, 0.3)
     pad.play(number, loops=0)
     let_pass(knob, 0.1)
-    pad.upload(push(32000, number))  # which the game has stopped
+    pad.upload(push(32000, number))  # an effect that the game has stopped
     let_pass(knob, 0.2)
     pad.close()
     _, _, torque = read_log(bus, log)

@@ -31,7 +31,7 @@ def test_haptic_query_is_complete_and_every_effect_runs(bus: VirtualBus, tmp_pat
     assert "Torsio" in game.name
     assert game.parts == (1, 2)
     assert game.is_haptic
-    # Every kind that SDL 2 has but custom waves, and gain; no centring by itself.
+    # Every kind of SDL 2 except custom waves, and gain; no centring.
     kinds = {1 << bit for bit in range(11)}
     assert {1 << bit for bit in range(32) if game.can >> bit & 1} == {*kinds, sdl.GAIN}
     assert game.effects == 40

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("udev")
 LEVEL = 20_000
 SHARE = LEVEL / 32767
 LENGTH_MS, PERIOD_MS = 120, 60
-ANGLE_RAD = 0.4  # of a half range of 45 degrees
+ANGLE_RAD = 0.4  # half the range is 45 degrees
 
 
 def play(game: Sdl3, knob: VirtualKnob, effect: bytes) -> None:
@@ -47,7 +47,7 @@ def test_sdl_3_finds_all_forces_and_gives_them_their_directions(
     assert game.version >= (3, 4)
     assert "Torsio" in game.name
     assert game.parts == (1, 2, 2)  # it takes two for granted where forces are
-    # Every kind but custom waves, and gain; no centring by itself, no status, no pause.
+    # Every kind except custom waves, and gain; no centring, no status, no pause.
     assert game.can == (1 << 12) - 1 | sdl3.GAIN
     assert game.effects == 40
     push = sdl.constant(LEVEL, LENGTH_MS)

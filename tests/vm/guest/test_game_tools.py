@@ -40,7 +40,7 @@ def test_fftest_plays_what_it_says(bus: VirtualBus, tmp_path: Path) -> None:
     pad.close()
     text = said.read_text()
     assert "Error" not in text
-    assert text.count("OK (id ") == 6  # of its six effects
+    assert text.count("OK (id ") == 6  # it has six effects
     _, _, torque = read_log(bus, log)
     # Its gain is three quarters. A constant force of a quarter from 135 degrees, which rises in
     # 256 ms; a spring with a quarter of a coefficient.

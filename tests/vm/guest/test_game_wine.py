@@ -148,7 +148,7 @@ def test_force_of_a_game_that_is_killed_ends(bus: VirtualBus, tmp_path: Path) ->
     time_s, _, torque = read_log(bus, log)
     ((when_s, what),) = pieces(time_s, torque, 0.1)
     assert float(what.min()) == pytest.approx(-0.5, abs=2e-3)
-    # Long before the silence of 10 s after which the knob would let go by itself.
+    # Long before the knob lets go after 10 s of silence.
     assert time_s[-1] - when_s[-1] > 8
 
 

@@ -17,7 +17,7 @@ from tests.vm.guest.virtual_bus import CONTROLLER, VirtualBus, wait_for
 
 # Ubuntu has it among the tools of its kernels.
 FOLDERS = ["/usr/sbin", *map(str, Path("/usr/lib/linux-tools").glob("*"))]
-# There is nobody but root here, and the module is loaded.
+# Here everybody is root, and the module is loaded.
 GUEST = 'sudo() { "$@"; }; modprobe() { [ "$*" = vhci-hcd ]; }; '
 
 

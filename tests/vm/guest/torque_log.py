@@ -12,7 +12,7 @@ import numpy.typing as npt
 import torsio
 from tests.vm.guest.virtual_bus import Cable, VirtualBus, VirtualKnob, plain_cable, wait_for
 
-FULL_NM = 0.06  # what a full level gives here
+FULL_NM = 0.06  # full level here
 QUIET = 1e-4  # shares of full below this are none
 Floats = npt.NDArray[np.float64]
 

@@ -61,7 +61,7 @@ def lying_cable(*, bulk_out: bool = False, bulk_in: bool = False) -> Cable:
                     data = data.replace(truth, lie)
                 sink.sendall(data)
         with suppress(OSError):
-            sink.shutdown(socket.SHUT_RDWR)  # which ends the other direction
+            sink.shutdown(socket.SHUT_RDWR)  # ends the other direction too
         source.close()
 
     def cable(knob: socket.socket) -> socket.socket:
@@ -86,7 +86,7 @@ def _libc(name: str, *arguments: object) -> None:
 @contextmanager
 def loaded(kernel: str, parameters: Mapping[str, int]) -> Iterator[None]:
     """Load the driver for as long as it lasts."""
-    init_module, delete_module = 175, 176  # of x86-64
+    init_module, delete_module = 175, 176  # numbers on x86-64
     module = initramfs.load_order(KERNELS / kernel / "modules", ("usbtest",))["usbtest"]
     text = " ".join(f"{name}={value}" for name, value in parameters.items()).encode()
     _libc("init_module", init_module, module, ctypes.c_ulong(len(module)), text)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tests.vm.guest.virtual_bus import PROGRAM, VirtualKnob
 
-PUSH = "torque_nm\n0 0\n1 0.05\n"  # what the first steps' own hand does
+PUSH = "torque_nm\n0 0\n1 0.05\n"  # like the first steps' own hand
 
 
 def take_first_steps(command: Sequence[str], program: Path = PROGRAM) -> str:

@@ -66,7 +66,7 @@ LATE_MS = 100.0
 def _exit(row: Measures) -> float:
     if row.exit_time_s is not None:
         return 1e3 * row.exit_time_s
-    # A knob that friction holds is in nobody's way, but has not left: the worst that is still fair.
+    # A knob that friction holds has not left: give it the worst fair mark.
     return LATE_MS if row.outcome == "held by friction" else math.inf
 
 

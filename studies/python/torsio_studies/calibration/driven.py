@@ -28,9 +28,9 @@ CIRCUIT: Final = (
     "motor_torque_constant_nm_per_a", "current_gain",
 )  # fmt: skip
 ALL: Final = (*QUANTITIES, *CIRCUIT)
-_RATE_HZ: Final = 20_000.0  # of a Pico 2, whose current loop is the emulated device's
+_RATE_HZ: Final = 20_000.0  # a Pico 2's
 _EXAMPLE: Final = 1034  # has cogging, a loop of its brake, a belt, and a shaft that hardens
-_OFF: Final = 0.1  # so far from what the board is told supply, sensor and winding are at most
+_OFF: Final = 0.1  # largest error of the told values of supply, sensor and winding
 
 
 def drawn_electrics(number: int) -> Electrics:
@@ -83,7 +83,8 @@ def seen_truth(plant: PlantParams, *, constant_known: bool) -> dict[str, float]:
     constant = electrics.torque_constant_nm_per_a * supply
     known = constant if constant_known else told.motor_torque_constant_nm_per_a
     torque = known * sensor / electrics.torque_constant_nm_per_a
-    # The coil's current is not measured: its voltage is what the brake gives more or less.
+    # The coil's current is not measured, so an error of its voltage is an error of the brake's
+    # torque.
     truth = truth_of(plant) | {"brake_gain": 1.0 / supply}
     # A play of the brake's command is one of the command.
     truth["hysteresis_nm"] *= supply / torque
@@ -95,7 +96,7 @@ def seen_truth(plant: PlantParams, *, constant_known: bool) -> dict[str, float]:
         "current_noise_a": electrics.sensor_noise_v / told.current_sense_v_per_a,
         "motor_resistance_ohm": electrics.winding_resistance_ohm * supply / sensor,
         "motor_inductance_h": electrics.winding_inductance_h * supply / sensor,
-        # Not as the supply makes it seem: that the supply may be another is in what it states.
+        # Not scaled by the supply: the stated uncertainty covers that.
         "motor_torque_constant_nm_per_a": electrics.torque_constant_nm_per_a,
         "current_gain": sensor,
     }

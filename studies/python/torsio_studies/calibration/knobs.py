@@ -19,7 +19,7 @@ from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, Sh
 from torsio_studies.paper import runs
 
 RATE_HZ: Final = 10_000.0
-MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/reference/calibration.md were made with
+MOTOR_LAG_S: Final = 0.1e-3  # as for the figures of docs/reference/calibration.md
 WALL_NM_PER_RAD: Final = math.degrees(30e-3)
 WALL_PHASES: Final = 16
 EVALUATION: Final = 10
@@ -140,7 +140,7 @@ def truth_of(plant: PlantParams) -> dict[str, float]:
     stiffness = plant.shaft_stiffness_nm_per_rad
     belt = math.inf if plant.belt is None else plant.belt.stiffness_nm_per_rad
     together = 1.0 / (1.0 / stiffness + 1.0 / belt)
-    share = together / stiffness  # of the twist that is the shaft's
+    share = together / stiffness  # the shaft's part of the twist
     knee = factor = math.nan
     if plant.shaft_hardening is not None:
         hard = stiffness * plant.shaft_hardening.stiffness_factor

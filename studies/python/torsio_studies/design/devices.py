@@ -34,7 +34,7 @@ Array = npt.NDArray[np.float64]
 
 WALL_NM_PER_RAD = 30.0 / trials.NM_PER_RAD
 SOFTEST_NM_PER_RAD, STIFFEST_NM_PER_RAD = 0.5, 200.0
-FRICTION_NM = 8e-3  # of the knob and the released brake, in every device here
+FRICTION_NM = 8e-3  # knob and released brake of every device
 EVALUATION: Final = 2
 """Raise it when `evaluate` gives other numbers: results of different ones are never mixed."""
 
@@ -233,7 +233,7 @@ def _cut_string(device: LoopOptions) -> Exit:
 
 def evaluate(design: Design, law: Law = "paper") -> Measures:
     """Simulate one device in all scenes."""
-    begin = time.thread_time()  # what others do on this core does not count
+    begin = time.thread_time()  # other processes on this core do not count
     device = _device(design, law)
     limit = trials.stable_limit(
         lambda stiffness: _is_stable(device, stiffness),

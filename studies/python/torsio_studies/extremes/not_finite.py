@@ -83,7 +83,7 @@ CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
 EXPERIMENT: Final = Excitation(
     duration_s=1.0, travel_rad=1.0, speed_limit_rad_s=10.0, torque_limit_nm=1e-2
 )
-# A field without a good default would be refused for that.
+# A field without a default needs a good value, or the device refuses it.
 MUST_BE_GIVEN: Final = {
     "excitation": {"duration_s": 1.0, "travel_rad": 1.0, "speed_limit_rad_s": 10.0}
 }
@@ -136,7 +136,7 @@ def accepted_in_python() -> tuple[int, int]:
     offers: list[Make] = []
 
     def offer(use: Callable[[Any], Any], good: Any) -> None:
-        use(good)  # for what would be refused anyway proves nothing
+        use(good)  # a case that is refused anyway proves nothing
         offers.extend(partial(_used, use, make) for make in spoiled(good))
 
     for options in LOOPS:

@@ -36,9 +36,9 @@ HANDS: Final[tuple[HandName, ...]] = get_args(HandName)
 RATES_HZ: Final = (10_000, 20_000)
 COUNTS: Final = (2048, 8192, 32_768, 131_072)
 
-_HOLDABLE: Final = 0.85  # of what motor and scene can hold, so that no weight falls through
+_HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
 _AT_RAD: Final = 0.05
-_SETTLED_S: Final = 0.3  # by when a hand has done what it does
+_SETTLED_S: Final = 0.3  # by then a hand is done
 
 # A hidden knob's values over the reference actuator, and its device's beliefs over the truth.
 _TRUE: Final = (

@@ -28,7 +28,7 @@ LOUD_NM: Final = VIBRATION_NM
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _WINDOW_S: Final = 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
-_SLOW: Final = 1e-2  # what a swing counts for that still lasts at a third of that
+_SLOW: Final = 1e-2
 _POPULATION: Final = 16
 
 

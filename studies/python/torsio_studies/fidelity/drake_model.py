@@ -112,7 +112,7 @@ def simulate(
     drag = lagged(brake_nm, plant.brake_time_constant_s, steps, step_s) + plant.brake_drag_nm
     coulomb = np.full_like(torque, -plant.knob_coulomb_nm)
     held = np.array([torque, coulomb, np.zeros_like(torque), -drag])
-    # A fixed step takes what is held at its begin: half a step before there is no doubt which.
+    # A fixed step takes the value held at its begin. Half a step earlier leaves no doubt which.
     source = drake.PiecewisePolynomial.ZeroOrderHold(
         begins - 0.5 * step_s * is_fixed, np.hstack([held, held[:, -1:]])
     )

@@ -201,7 +201,7 @@ class Simulation:
             model=self.model._address,
             data=self._data._address,
             torque=self._data.qfrc_applied.ctypes.data,
-            friction=self.model.dof_frictionloss.ctypes.data + 8,  # of the second joint
+            friction=self.model.dof_frictionloss.ctypes.data + 8,  # the second joint's
             angles=self._data.qpos.ctypes.data,
             torque_nm=self.torque_nm,
             friction_nm=self._friction,

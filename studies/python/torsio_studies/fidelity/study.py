@@ -244,7 +244,7 @@ class _MuJoCo:
             (settings, step_us)
             for settings in (*finalists.values(), Settings())
             for step_us in steps_us
-            # Below, only errors that are far below the target would be added.
+            # Smaller errors are far below the target.
             if step_us >= 4 or settings.is_default or settings.integrator == "Euler"
         ]
         for settings, step_us in study.track(work, f"{label}, steps"):
@@ -283,8 +283,8 @@ def _summary(scenario: Scenario, rows: list[dict[str, Any]], mujoco: _MuJoCo) ->
     }
     if exact is None or other is None:
         return summary
-    # Once more, both warm and in turns for equally long, so that what else the machine does meets
-    # both alike; the best turn of each counts.
+    # Once more, both warm, in turns and equally long, so that other load meets both alike. The best
+    # turn of each counts.
     step_us = round(1e6 * other["step_s"])
     settings = next(one for one in _candidates(False) if one.as_text() == other["settings"])
     simulation = mujoco.simulation(settings, step_us)

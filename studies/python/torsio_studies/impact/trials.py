@@ -169,7 +169,7 @@ def fit_sine(tap_: Tap) -> Found:
 def spectrum(signal: Array) -> tuple[Array, Array]:
     """Give frequencies in Hz, and the magnitude of what a signal has there per Hz."""
     padded = 1 << 16
-    # A signal that is not over at the end fades, or its end would be seen at all frequencies.
+    # Fade a signal that is cut off: the cut would be heard at all frequencies.
     fade = np.minimum(1.0, 2.0 * np.arange(len(signal), 0.0, -1.0) / len(signal))
     values = np.abs(np.fft.rfft(signal * np.sin(0.5 * np.pi * fade) ** 2, padded)) / RATE_HZ
     return np.fft.rfftfreq(padded, 1.0 / RATE_HZ).astype(np.float64), values

@@ -1,4 +1,4 @@
-// The knob as a wheel of the desktop: what the host hears, and what the hand feels.
+// The knob as a wheel of the desktop.
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -33,7 +33,7 @@ TEST_CASE("dial: a detent is 120 units whatever way and however fast it is turne
     at += detents;
     rig.turn_to(notch(at) + (at % 3) * 20, counts_a_tick);  // friction lets it rest near by
     rig.listen(3);
-    expected -= 120L * detents;  // to larger angles is down, which is negative
+    expected -= 120L * detents;  // larger angles are down, which is negative
     CHECK(rig.heard.wheel == expected);
     CHECK(rig.heard.pan == 0);
   }
@@ -270,7 +270,7 @@ TEST_CASE("dial: the SDK takes over as from a game, and the desktop hears nothin
   CHECK(rig.heard.wheel == before);
   rig.turn_to(notch(11), 10);
   rig.listen(5);
-  CHECK(rig.heard.wheel == -120);  // with what it had not heard of the first
+  CHECK(rig.heard.wheel == -120);  // with the reports that it missed of the first
   CHECK(rig.owner() == Owner::dial);
 }
 
@@ -389,7 +389,7 @@ TEST_CASE("dial: no single detent is lost, wherever anything has left it between
           if (fine) rig.ask_for_fine();
           leave(rig, place);
           rig.put_at(place);
-          rig.turn_to(notch(1), 7);  // to the notch, and then to and fro
+          rig.turn_to(notch(1), 7);
           rig.listen(5);
           rig.heard = {};
           for (int i = 0; i < 4; ++i) {
@@ -452,7 +452,7 @@ TEST_CASE("dial: who begins to listen late hears what is pressed, and every dete
     rig.inputs.encoder_count += i < 200 ? 1 : 0;
     rig.tick();
   }
-  // Linux throws away what comes in the 50 ms after a program has opened the file.
+  // Linux discards reports of the first 50 ms after a program has opened the file.
   rig.device->dial().input_over(true);
   rig.listen(50);
   CHECK(rig.heard.reports == 0);

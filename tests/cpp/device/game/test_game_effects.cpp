@@ -308,7 +308,7 @@ TEST_CASE("a spring answers to offset, dead band, each side's coefficient and sa
   options.positive_saturation = 9830;  // 0.3
   options.negative_saturation = 32767;
   rig.condition(block, options);
-  options.parameter_block = 1;  // of an axis that does not exist
+  options.parameter_block = 1;  // no such axis
   options.positive = -32767;
   rig.condition(block, options);
   rig.start(block);

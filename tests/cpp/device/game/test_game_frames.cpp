@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kTicksPerMs = 10;
 
-/// Reports of an update, each in a frame of the bus of its own.
+/// Reports of an update, each in its own frame of the bus.
 enum class Part : std::uint8_t { level, effect, envelope, start };
 
 /// A constant force at 10 kHz, updated by a game with a frame of so many ms.
@@ -111,7 +111,7 @@ TEST_CASE(
     const double slope_per_s = 0.5 * 2 * std::numbers::pi * 1.5;
     CHECK(held.step == Approx(slope_per_s * 1e-3 * frame_ms).scale(0).epsilon(0.4));
     CHECK(joined.step < 0.1 * held.step);
-    // A chord's distance from its arc, and what a frame is longer or shorter for the bus.
+    // A chord's distance from its arc, and the bus's jitter of a frame.
     CHECK(joined.error < 0.003 + slope_per_s * 1.1e-3);
   }
 }
@@ -338,7 +338,7 @@ TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and
   const double pushed = 0.08 * 1000 / 32767;
   CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
         Approx(pushed - beyond).scale(1).epsilon(1e-5));
-  rig.control(5);  // a pause of the game is none of the wall
+  rig.control(5);  // the wall stays through a pause of the game
   rig.tick(1000);
   CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
         Approx(-beyond).scale(1).epsilon(1e-5));
@@ -368,7 +368,7 @@ TEST_CASE("walls that hold the knob when a game has ended let go along a line") 
     if (how == 0) rig.stop(block);
     if (how == 1) rig.control(3);
     if (how == 2) rig.control(4);
-    rig.tick(5000);  // what the game gave is gone
+    rig.tick(5000);  // the game's force is gone
     float last = rig.outputs.motor_command_nm;
     REQUIRE(last < -0.07F);
     float step = 0;

@@ -319,7 +319,7 @@ TEST_CASE("habit: only what has changed is sent, in one report, in the other, or
       {kSpring,
        [](GameRig& r, int b, bool after) {
          r.condition(b, {.positive = after ? 8000 : 16000});
-         r.condition(b, {.positive = 1, .parameter_block = 1});  // of an axis that is not there
+         r.condition(b, {.positive = 1, .parameter_block = 1});  // no such axis
        },
        -16000, -8000},
   };

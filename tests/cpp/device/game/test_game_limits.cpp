@@ -107,7 +107,7 @@ TEST_CASE(
   for (int block = 0; block < 4; ++block) rig.play_constant(2000);
   rig.device->service();  // the starts are on their way, and nothing is armed yet
   REQUIRE(rig.device->set_feature(protocol::encode(with_most(0.04F))).ok());
-  // The starts come in one tick, what was prepared anew in two after it.
+  // The starts come in one tick, newly prepared effects two ticks later.
   const std::vector<float> nm = rig.torques(60);
   const double first_nm = 4 * 0.08 * 2000 / 32767;
   CHECK(static_cast<double>(nm.back()) == about(first_nm / 2));

@@ -286,7 +286,7 @@ TEST_CASE("actuators off fade the force, effects go on unheard, and actuators on
   rig.control(2);
   float last = rig.outputs.motor_command_nm;
   for (int i = 0; i < 60; ++i) {
-    if (i % 30 == 0) rig.gain(32767);  // what is said meanwhile neither hastens nor delays it
+    if (i % 30 == 0) rig.gain(32767);  // such reports neither hasten nor delay it
     rig.tick();
     CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.08F / 50);
     last = rig.outputs.motor_command_nm;

@@ -1,5 +1,4 @@
-// The pool of blocks and the reports about it: what is good is answered, what is not changes
-// nothing.
+// The pool of blocks and its reports. A good report is answered; a bad one changes nothing.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -408,7 +407,7 @@ TEST_CASE("the state report tells which effects begin and end, and who has the a
 TEST_CASE("the override switch is off only while games are shut out or the SDK has the actuator") {
   GameRig rig;
   const auto state = [&rig] {
-    rig.control(1);  // which is answered with the state
+    rig.control(1);  // the answer is the state
     rig.tick(2);
     const Inputs found(*rig.device);
     REQUIRE_FALSE(found.states.empty());

@@ -1,5 +1,5 @@
-// An effect that the device ended comes back with the game's next update; one that the game ended
-// does not. And a force that nobody is there for any more ends soon.
+// An effect that the device ended comes back with the game's next update. An effect that the game
+// ended does not. A force that nobody updates ends soon.
 #include "device/game/game_rig.hpp"
 
 using namespace torsio;

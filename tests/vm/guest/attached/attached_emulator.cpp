@@ -42,7 +42,7 @@ std::shared_ptr<VirtualKnob> start(const std::string& name, const EmulatorOption
                                std::to_string(options.seed), "--serial", serial});
 }
 
-/// A named knob goes on running when it is closed, and so keeps what it saved.
+/// A named knob goes on running when it is closed, and so keeps its saved configuration.
 std::shared_ptr<VirtualKnob> find_or_start(const std::string& name,
                                            const EmulatorOptions& options) {
   static std::mutex mutex;

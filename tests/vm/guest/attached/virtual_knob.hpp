@@ -33,8 +33,8 @@ class VirtualKnob {
   [[nodiscard]] bool is_bound(int interface) const;
 
   pid_t program_ = -1;
-  int input_ = -1;   // of the program
-  int output_ = -1;  // of the program
+  int input_ = -1;   // the program's
+  int output_ = -1;  // the program's
   int tcp_port_ = 0;
   int vhci_port_ = -1;
   std::string bus_id_;

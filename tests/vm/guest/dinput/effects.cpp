@@ -69,7 +69,7 @@ std::vector<LONG> rest_of(std::istringstream& words) {
   return numbers;
 }
 
-/// Along X; what kind it is comes in addition.
+/// Along X; its kind comes in addition.
 struct Effect : DIEFFECT {
   DWORD axis = DIJOFS_X;
   LONG direction;
