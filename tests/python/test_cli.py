@@ -76,7 +76,7 @@ def test_without_a_real_knob_it_is_the_emulated_one_and_that_is_said(
     first = result.stderr.splitlines()[0]
     assert first == (
         "knob     emulated, serial number EMULATED, for no real knob is plugged in, "
-        "which forgets what it is told when this command ends"
+        "which forgets its settings when this command ends"
     )
 
 

@@ -65,7 +65,7 @@ def test_what_an_emulated_knob_forgets_is_said(tmp_path: Path, command: str) -> 
     (tmp_path / "knob.json").write_text("{}")
     more = [str(tmp_path / "knob.json")] if command.endswith("load") else []
     said = " ".join(run(*command.split(), *more).split())
-    assert "which forgets what it is told when this command ends" in said
+    assert "which forgets its settings when this command ends" in said
 
 
 @pytest.mark.parametrize(

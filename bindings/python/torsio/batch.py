@@ -49,7 +49,7 @@ MOST_AT_ONCE: Final = 10_000_000
 
 _STATE_OF: Final = f"torsio {_torsio.__version__} {sys.platform}\n".encode()
 _FIRST_TICKS: Final = 100_000
-_LONGEST_S: Final = 0.25  # that a part of a step is meant to take, so that Ctrl-C is heard
+_LONGEST_S: Final = 0.25  # aim for a part of a step, so that Ctrl-C is heard
 
 
 class Knobs:
@@ -75,7 +75,7 @@ class Knobs:
     Raises
     ------
     TypeError, ValueError
-        That names what is out of its range.
+        A value is out of its range; the sentence names it.
     """
 
     def __init__(

@@ -53,7 +53,7 @@ class Plant(_torsio.emulator.Plant):
         super().__init__(params, hand, step_ns=step_ns, stepper=stepper)
 
     def set_command(self, *, motor_command_nm: float = 0.0, brake_command_nm: float = 0.0) -> None:
-        """Set what is held from now on."""
+        """Set the commands that are held from now on."""
         super().set_command(
             motor_command_nm=checks.finite("motor_command_nm", motor_command_nm),
             brake_command_nm=checks.finite("brake_command_nm", brake_command_nm),

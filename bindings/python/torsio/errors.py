@@ -72,7 +72,7 @@ class Refused(Error, RuntimeError):
     field : str
         Name of the offending field; empty if no field in particular.
     reason : str
-        Why the device is no longer armed, if it had to be: "watchdog", "fault" ...; else empty.
+        Why the device had disarmed before: "watchdog", "fault" ...; else empty.
     """
 
     def __init__(

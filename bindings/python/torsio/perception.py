@@ -59,7 +59,7 @@ def vibration_nm(torque_nm: npt.NDArray[Any], rate_hz: float) -> npt.NDArray[np.
     Parameters
     ----------
     torque_nm
-        Samples along the first axis, for 0.05 s at least; what is beyond whole 0.05 s is left out.
+        Samples along the first axis, for 0.05 s at least; a rest of less than 0.05 s is left out.
     rate_hz
         Of the samples; 40 and more.
 

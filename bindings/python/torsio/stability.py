@@ -1,4 +1,4 @@
-"""How stiff a spring a knob can render: what theory says, and what an emulated one like it does."""
+"""How stiff a spring a knob can render, by theory and by an emulated knob like it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _ROWS_PER_S: Final = 1000.0
 
 
 def plant_of(actuator: ActuatorConfig) -> PlantParams:
-    """Give the knob that a configuration speaks of; what it leaves out is as in the reference."""
+    """Give the knob that a configuration describes; the rest is as in the reference."""
     return PlantParams(
         knob_inertia_kg_m2=actuator.knob_inertia_kg_m2,
         knob_viscous_nm_s_per_rad=actuator.knob_viscous_nm_s_per_rad,

@@ -1,4 +1,4 @@
-"""For tests of programs that use a knob: what was felt, who holds the knob, what goes wrong.
+"""For tests of programs that use a knob: felt torques, hands, faults, virtual time.
 
 Works with any test runner; `torsio_pytest` makes pytest's fixtures of it.
 """
@@ -217,13 +217,13 @@ class HoldingHand:
 class Faults:
     """Faults of a knob, made on an emulated one.
 
-    Blocks may stand within each other: what an outer one does goes on when an inner one ends.
+    Blocks may stand within each other: the outer fault goes on when the inner one ends.
 
     Parameters
     ----------
     knob
-        Or what gives the knob that is meant, if one takes another's place. A block ends on the knob
-        that it began on.
+        A knob, or a function that gives the present one, if one takes another's place. A block ends
+        on the knob that it began on.
     """
 
     def __init__(self, knob: Knob | Callable[[], Knob]) -> None:
@@ -308,7 +308,7 @@ def virtual_time(knob: Knob | Callable[[], Knob]) -> Iterator[None]:
     ``time.sleep`` lets the knob's time pass, and ``time.monotonic``, ``perf_counter``, ``time`` and
     their ``_ns`` twins tell it. Names that were taken out of the module before, as by
     ``from time import sleep``, stay what they were. Other threads are affected as well. When the
-    knob is gone, closed or unplugged, time goes on by what is slept. The modules in `WAITING` of
+    knob is closed or unplugged, only `sleep` moves the time on. The modules in `WAITING` of
     the standard library keep the wall's clock.
 
     Parameters
@@ -359,7 +359,7 @@ def _unless_waiting(virtual: Callable[..., Any], name: str) -> Callable[..., Any
 
 
 class _Clock:
-    """The time of emulated knobs one after the other, and what is slept where there is none."""
+    """The time of emulated knobs one after the other; without a knob, `sleep` moves it."""
 
     def __init__(self, current: Callable[[], Knob]) -> None:
         self._current = current

@@ -1,4 +1,4 @@
-"""Measuring a knob: what it is made of, how well that is known, and what is wrong with it."""
+"""Measuring a knob: its values, their uncertainties, and its faults."""
 
 from __future__ import annotations
 

@@ -72,8 +72,8 @@ def calibrate(
         Ambient temperature, for the record; above -273 degrees.
     supply_v
         The motor's supply, as a meter shows it, for the electrical steps; 3 to 60. It is proposed
-        if it differs from the configured one. None: nobody has measured it, and a torque constant
-        that may be right stays as it is.
+        if it differs from the configured one. None: not measured; a torque constant that
+        may be right then stays as it is.
     progress
         Called with the name of each step as it begins; one of `STEPS` or `ELECTRIC_STEPS`.
 
@@ -84,7 +84,7 @@ def calibrate(
     Refused
         The knob is in use, or has a fault.
     InvalidArgument
-        Of `supply_v` too, where no electrical step would use it.
+        Also if no electrical step would use `supply_v`.
     """
     if ambient_c is not None:
         checks.number("ambient_c", ambient_c, -273.0, 700.0)

@@ -36,9 +36,9 @@ class KnobConfiguration:
     def configure(self, config: Config) -> None:
         """Set a whole configuration while disarmed.
 
-        Fields that were left at their defaults take these, whatever the device had; to change some
-        and keep the rest there is `update`. Another encoder's resolution also empties the scene. A
-        board's wiring takes effect when the device starts the next time, if it was saved.
+        Fields that you leave out get their defaults, whatever the device had; `update`
+        keeps them. Another encoder's resolution also empties the scene. A saved wiring of the board
+        takes effect when the device starts the next time.
 
         Raises
         ------

@@ -16,7 +16,7 @@ __all__ = ["Emulator"]
 
 
 class Emulator:
-    """The world round an emulated knob: who holds it, what really happens, what goes wrong."""
+    """The world round an emulated knob: its hand, its true state, its faults."""
 
     def __init__(self, knob: _torsio.Knob) -> None:
         self._knob = knob

@@ -31,10 +31,10 @@ class KnobEvents:
         self._told: Callable[[dict[str, Any]], object] | None = None
 
     def events(self, timeout_s: float = 0.0) -> list[Event]:
-        """Take what the device has told of itself and nobody has taken yet, oldest first.
+        """Take the events that nobody has taken yet, oldest first.
 
         Changes of state and owner, faults, silence, missed deadlines, the end of the connection.
-        1,024 are kept; what is older counts as lost in `statistics`.
+        1,024 are kept; `statistics` counts older ones as lost.
 
         Parameters
         ----------

@@ -3,7 +3,8 @@
 >>> import torsio
 >>> torsio.update_firmware("torsio-pico2.uf2")  # doctest: +SKIP
 
-A board that waits for firmware is a drive with a file INFO_UF2.TXT; what is copied there runs.
+A board that waits for firmware is a drive with a file INFO_UF2.TXT. It runs the firmware
+that is copied there.
 """
 
 from __future__ import annotations

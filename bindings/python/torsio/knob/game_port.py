@@ -1,4 +1,4 @@
-"""The game interface of an emulated knob: what a driver sends to it and reads from it."""
+"""The game interface of an emulated knob, as a driver uses it."""
 
 from __future__ import annotations
 

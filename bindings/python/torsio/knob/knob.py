@@ -48,9 +48,9 @@ _RECORDED_SLICE_S = 0.125
 class Knob(ConfigQuestions):
     """An open knob, made by `torsio.open`. Use it in a ``with`` statement.
 
-    Every method may be called from any thread, and every method that waits lets other threads run
-    and can be interrupted with Ctrl-C. Besides what is named, methods raise `Disconnected` once the
-    device is unplugged, `Closed` after `close`, and `Timeout` when the device does not answer.
+    Every method may be called from any thread. Methods that wait let other threads run, and Ctrl-C
+    interrupts them. Every method raises `Disconnected` once the device is unplugged, `Closed` after
+    `close`, and `Timeout` when the device does not answer.
 
     Durations count in the device's time: the wall clock, or a virtual one of an emulated device.
     """
@@ -191,9 +191,9 @@ class Knob(ConfigQuestions):
     def arm(self) -> None:
         """Torque on. Raises `Refused` while a fault is latched.
 
-        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows,
-        which gives little; `limits` tells how much. With `NoSpeedLimitWarning` if nobody has set a
-        board's `speed_limit_rad_s`.
+        Warns with `HeldLowWarning` if a board gives little torque, because its parts are not
+        confirmed; `limits` tells how much. Warns with `NoSpeedLimitWarning` if a board's
+        `speed_limit_rad_s` is not set.
         """
         # Before the torque: if you turn warnings into errors, the knob stays disarmed.
         if self._is_held_low():
@@ -383,10 +383,10 @@ class Knob(ConfigQuestions):
     def record_to(self, path: str | Path) -> RecordingFile:
         """Write all that happens from now on to a file, until the recording or the knob is closed.
 
-        Telemetry is started if it does not run. The program goes on as before: what it reads is
-        written as it is read, and what it does not read when it sleeps or the recording ends; such
-        samples are then not to be read any more. Everything asked of the knob is written too, and
-        first the scene that plays, if it was played here.
+        Telemetry is started if it does not run. Samples are written as the program reads them.
+        When it sleeps, or the recording ends, unread samples are written too and cannot be read
+        any more. The file also gets every order, and first the scene that plays, if it was played
+        here.
 
         Parameters
         ----------

@@ -72,7 +72,7 @@ class KnobRecording:
         return self._file is not None and self._file.is_open
 
     def begin(self, path: str | Path, info: DeviceInfo, configs: Iterable[Any]) -> RecordingFile:
-        """Make the file; what is told from here on is in it.
+        """Make the file; it has everything from here on.
 
         Raises `Error` if there is one already.
         """

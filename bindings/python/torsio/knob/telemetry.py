@@ -29,7 +29,7 @@ class KnobTelemetry:
     Attributes
     ----------
     awaits_arm
-        A scene was played that nobody has armed.
+        A scene was played, and `arm` was not called since.
     """
 
     def __init__(self, knob: _torsio.Knob, recording: KnobRecording) -> None:
@@ -111,8 +111,8 @@ class KnobTelemetry:
         ----------
         must_stay_armed
             Raise `Disarmed` if the knob is not armed, or when the torque goes meanwhile. Otherwise
-            a recording that was without torque at a time gives a `DisarmedWarning` at its end; one
-            that was so throughout only if a scene was played and nobody has called `arm` since.
+            a recording gives a `DisarmedWarning` at its end if the torque was off for a part of it,
+            or if a scene was played before and never armed.
 
         Returns
         -------

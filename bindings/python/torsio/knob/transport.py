@@ -20,7 +20,7 @@ class Transport(ABC):
     """
 
     time_is_virtual: bool = False
-    """Whether time passes only in `advance_to` and in what sends and asks; looked at once."""
+    """Whether time passes only in `advance_to` and in calls that send and ask; read once."""
 
     @abstractmethod
     def close(self) -> None:

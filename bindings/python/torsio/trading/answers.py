@@ -1,4 +1,4 @@
-"""`torsio.trade`: what of the simulation a scene needs, measured."""
+"""`torsio.trade`: measures which parts of the simulation a scene needs."""
 
 from __future__ import annotations
 
@@ -194,25 +194,25 @@ def trade(
     hand
         Who visits the scene. None: fingers that turn through it, press, and come back.
     plant
-        The knob with all its parts. None: the reference actuator with every part there is.
+        The knob with all its parts. None: the reference actuator with every part.
     wanted
         How much of the torque that is felt may differ, in JNDs of 7.6 mN m; > 0.
     control, actuator, shaft, board
-        What the device is configured to. None: its default law, and what the plant truly is.
+        The device's configuration. None: its default law, and the plant's true values.
     quick
         Leave out one part, or all of them, in place of every combination.
     stretch
         Find the extremes too.
     keep
-        A file for what is measured: an interrupted trade goes on from there. A `FeedbackHand` is
+        A file for the measurements: an interrupted trade goes on from there. A `FeedbackHand` is
         known by its address in memory, so its trade begins anew.
     on_progress
-        Called with what is done now, how much is done, and of how much.
+        Called with the present task, the finished share, and the whole.
 
     Raises
     ------
     Error, ValueError, TypeError
-        That names what is wrong with scene, file or options.
+        Scene, file or options are wrong; the sentence says how.
     """
     checks.positive("wanted", wanted)
     options = options_of(

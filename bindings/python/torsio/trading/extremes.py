@@ -45,14 +45,14 @@ class Extreme:
     Attributes
     ----------
     quantity, unit
-        What is stretched: stiffness and inertia by multiples of what they are.
+        The stretched quantity; stiffness and inertia are stretched by multiples.
     true_to
         The last step up to which the proposal stays within what was wanted; None: not even the
         first one.
     swings_at
         The first step at which the knob, thrown into the scene, swings; None: none of them.
     breaks, breaks_at
-        What goes first beyond the scene as it is, and at which step; "" and None: nothing does.
+        The first thing that breaks, and the step; "" and None: nothing breaks.
     is_bounded
         False: `true_to` is the last step that was tried.
     """

@@ -92,7 +92,7 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
     for name, old, new in proposed:
         out.print(f"  {report.change(name, old, new)}")
     if found.board is not None:
-        out.print("what is the motor's takes effect when the knob is plugged in the next time")
+        out.print("the motor's values take effect when you plug the knob in again")
 
 
 def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:

@@ -87,7 +87,7 @@ def update_command(
             part.write_text(done.configuration, encoding="utf-8")
         line(
             out,
-            "its configuration is the saved one; what was set and not saved is in "
+            "its configuration is the saved one; values that were not saved are in "
             f"{kept}, for `torsio config load`",
         )
     else:

@@ -116,7 +116,7 @@ def opened(
             if selector != device:
                 who.append("for no real knob is plugged in")
             if knob.is_emulated:
-                who.append("which forgets what it is told when this command ends")
+                who.append("which forgets its settings when this command ends")
             line(say, f"knob     {', '.join(who)}")
             yield knob
     except KeyboardInterrupt:
