@@ -26,7 +26,7 @@ BatchOptions checked(BatchOptions options) {
             "actions are torques of a hand, so the hand must be a TorqueHand");
   }
   for (const std::uint32_t kind : options.kind_of) {
-    require(kind < options.kinds.size(), "a loop is of a kind that there is not");
+    require(kind < options.kinds.size(), "a loop has an unknown kind");
   }
   options.threads = std::min(options.threads,
                              static_cast<unsigned>(std::max<std::size_t>(1, options.seeds.size())));

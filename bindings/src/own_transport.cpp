@@ -48,7 +48,7 @@ auto ask(Passing& passing, Call&& call) {
     }
     throw Error(py::type::of(error.value()).attr("__name__").cast<std::string>() + ": " + text);
   } catch (const py::cast_error&) {
-    throw Error("a transport gave what is neither bytes nor a truth");
+    throw Error("a transport must give bytes, None, or True or False");
   }
 }
 

@@ -23,7 +23,7 @@ app: typer.Typer = typer.Typer(
 @app.command("show")
 @plainly
 def show_command(file: Path, as_json: AsJson = False) -> None:
-    """Check a file, and show for which board it is."""
+    """Check a file, and show its board, version and protocol."""
     found = {**asdict(torsio.read_firmware(file)), "path": str(file)}
     if as_json:
         print_json(found)

@@ -250,7 +250,7 @@ def games_set_command(
     ] = None,
     dial_coarse: Annotated[
         bool | None,
-        typer.Option("--dial-coarse/--dial-fine", help="Whole detents, or what the host asks for."),
+        typer.Option("--dial-coarse/--dial-fine", help="Whole detents, or as the host asks."),
     ] = None,
     dial_fast_steps: Annotated[
         int | None,

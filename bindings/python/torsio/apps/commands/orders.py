@@ -51,7 +51,7 @@ def stop_command(device: Device = "") -> None:
 
 
 def zero_command(device: Device = "") -> None:
-    """Make the angle where a knob stands its zero."""
+    """Make the knob's present angle zero."""
     with opened(device, out, order=torsio.Knob.zero):
         pass
 

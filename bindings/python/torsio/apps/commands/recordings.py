@@ -45,7 +45,7 @@ def record_command(
 ) -> None:
     """Record a knob to FILE, for `torsio.load`, Foxglove and PlotJuggler.
 
-    The file is whole up to the last second whatever happens. The knob is not armed by this.
+    Whatever happens, the file is whole up to the last second. The knob is not armed.
     """
     paced = not selects_emulated(choose(device)) or duration_s is None
     with opened(device, err, torsio.EmulatorOptions(paced=paced, log_inputs=True)) as knob:
@@ -128,7 +128,7 @@ def replay_command(
 ) -> None:
     """Run the inputs of a recording through this version's firmware again, and compare.
 
-    Ends with 0 if all samples and answers are the same to the bit, or if something was to change.
+    The exit status is 0 if all samples and answers are the same to the bit, or with --set.
     """
     recorded = torsio.load(file)
     wanted = _changes(changes or [])

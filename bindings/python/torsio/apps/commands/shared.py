@@ -39,7 +39,7 @@ Device = Annotated[
     typer.Option(
         "--device",
         metavar="DEVICE",
-        help="Path, serial number, or 'emulated'; see `torsio list`. Unless given it is the knob "
+        help="Path, serial number, or 'emulated'; see `torsio list`. Default: the knob "
         "that is plugged in, or the emulated one if none is.",
         show_default=False,
     ),

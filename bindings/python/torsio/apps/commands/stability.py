@@ -50,7 +50,7 @@ def stability_command(
 ) -> None:
     """Map the springs and dampers that a knob can render: predicted, and tried on an emulated one.
 
-    The emulated knob is what the knob's configuration says; the real one is only asked for that.
+    The emulated knob follows the configuration. A real knob is only asked for it.
     """
     if picture is not None:
         need_matplotlib()
