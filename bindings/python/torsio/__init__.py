@@ -71,13 +71,13 @@ __all__ = [
     "open",
     "watch",
 ]
-# What it shall feel like.
+# Scenes.
 __all__ += scenes.__all__
 __all__ += ["deg", "trade"]
-# What its parts are.
+# Configurations.
 __all__ += config.__all__
 __all__ += ["dump_config", "load_config"]
-# What it did.
+# Telemetry and recordings.
 __all__ += ["TELEMETRY_DTYPE", "Recorded", "RecordingFile", "Telemetry", "live", "load", "replay"]
 # An emulated knob and its hand.
 __all__ += [
@@ -105,7 +105,7 @@ __all__ += [
     "start_bootloader",
     "update_firmware",
 ]
-# What goes wrong.
+# Errors and warnings.
 __all__ += errors.__all__
 # Modules that are there without an import of their own.
 __all__ += ["__version__", "core", "emulator", "protocol", "telemetry"]

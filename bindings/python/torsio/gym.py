@@ -91,7 +91,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
     ) -> None:
         """Draw the knobs when `reset` is called."""
         checks.kind("task", task, Task, "a Task")
-        # The task keeps what is hidden in the knobs that it drew, which are this environment's.
+        # A copy: the task keeps hidden values of this environment's knobs.
         self.task: Task = copy(task)
         self.num_envs: int = checks.whole("num_envs", num_envs, 1, MOST_AT_ONCE)
         seen, acts = _spaces(task)

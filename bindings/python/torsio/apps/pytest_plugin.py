@@ -198,7 +198,7 @@ class _KeptKnob(torsio.Knob):
 
     def _truth(self) -> Record:
         if self._options.log_truth and self.is_open:
-            with suppress(torsio.Error):  # its time has stopped; what came until then is there
+            with suppress(torsio.Error):  # its time has stopped; earlier rows are there
                 self.hand.truth()
         return self.hand.rows
 

@@ -17,7 +17,7 @@ __all__ = ["STAIRS", "STAIRS_RAD_S", "Brake", "estimate_brake", "hold_and_let_go
 
 _STEP = "brake"
 STAIRS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 1.0, 0.0, 1.0, 0.0)
-_LOOP_EXPLAINS = 0.8  # of the squares that are left without a loop; else there is none
+_LOOP_EXPLAINS = 0.8  # share of the squares left without a loop; otherwise there is no loop
 _WIDEST = 0.4  # half a loop of the highest stair; less of the stairs is left to measure it
 _DWELL_S, _BEGIN_S = 0.5, 0.8
 STAIRS_RAD_S = 4.0

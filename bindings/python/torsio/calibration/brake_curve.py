@@ -163,7 +163,7 @@ def curve_of(
     points = []
     for (way, command_nm), many in gathered.items():
         torque = sum(one for one, _, _ in many) / len(many)
-        # The same stair again is known as well each time: what is wrong with it is wrong again.
+        # A stair that repeats is no better known: it repeats its error.
         settles = sum(one for _, one, _ in many) / len(many)
         sigma = math.hypot(settles, friction.standard_uncertainty)
         follows = all(one for _, _, one in many)

@@ -40,14 +40,14 @@ MEASURED_OF_BOARD = (
 """Proposed fields of `BoardConfig`; the supply only where its voltage was told."""
 
 _REST_READINGS, _REST_EVERY_S = 300, 1e-3
-# To and fro, so that the knob comes to rest; longer than a fault takes.
+# To and fro, so that the knob comes to rest; longer than a fault takes to show.
 _PULSES, _PULSE_S, _PULSE_SHARE, _PULSE_RAD = (1.0, -1.0, -1.0, 1.0), 0.015, 0.2, 0.25
 _HOLD_S = 0.5  # until the brake holds
 _LEVELS = (0.4, -0.4, 0.7, -0.7, 1.0, -1.0)
 _LEVEL_S, _RAMP_S, _LEVEL_SETTLE_S = 0.1, 4e-3, 14e-3
 # About a middle that is higher, so that the voltage keeps its sign; too fast for the shaft.
 _WAVE_S, _WAVE_MIDDLE, _WAVE_PEAK, _WAVE_HZ = 0.5, 0.75, 0.35, (230.0, 330.0)
-_REST_S, _LET_GO_S = 0.3, 0.6  # until what twisted the shaft has died away; until the brake is off
+_REST_S, _LET_GO_S = 0.3, 0.6  # until the shaft is relaxed; until the brake is off
 _LOOK_S = 5e-3
 _TRAVEL_RAD = 0.4
 _SPEEDS_RAD_S = (25.0, 50.0, 75.0)
@@ -174,7 +174,7 @@ def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Int
     Refusal
         "runs_away", or why the device disarmed.
     """
-    # Between the two ways it stands: what the motor gives back raises the supply for a moment.
+    # A rest between the two directions: the braking motor raises the supply for a moment.
     speeds = (*_SPEEDS_RAD_S, 0.0, *(-speed for speed in _SPEEDS_RAD_S), 0.0)
     looks = _Looks(player, _TURN_SETTLE_S)
     log = player.chain(

@@ -126,7 +126,7 @@ def find_waves(
         others = [one for one in range(2, _MOST_PERIODS + 1) if one not in found]
         slopes = columns((*found, *others))
         begin = slopes.shape[1] - 2 * len(others)
-        # What is left, and of each other wave, without what those that are found explain.
+        # The rest of the torque, and of each other wave, behind the waves found so far.
         base, _ = np.linalg.qr(slopes[:, :begin])
         left_nm = motor_nm - base @ (base.T @ motor_nm)
         pairs = slopes[:, begin:] - base @ (base.T @ slopes[:, begin:])

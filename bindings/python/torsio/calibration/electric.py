@@ -50,7 +50,7 @@ SUPPLY_CONFIGURED, SUPPLY_METERED = _TENTH, 1e-2
 
 # Range of the boards' converter. A sensor's zero keeps this distance from both ends.
 _CONVERTER_V, _END_V = 3.3, 0.1
-# Beyond what they make together it is a fault.
+# A gain beyond all of them together is a fault.
 _LEAST_GAIN, _MOST_GAIN = 0.6, 1.6
 
 
@@ -154,7 +154,7 @@ def intervals(readings: Sequence[MotorCurrent], supply_v: float) -> Intervals:
     first = some[0]
     period_s, late = first.period_s, first.delay_s / first.period_s
     number = np.diff([of.periods for of in some]).astype(np.float64)
-    # Until a measurement acts what answered those before it, the last one not for all of its time.
+    # Between two measurements the older answers act; the last one for a part of the time.
     acted = np.diff([of.share_sum - of.share - late * of.share_before for of in some])
     change_a = np.diff([of.current_a for of in some])
     sum_a = np.diff([of.current_sum_a for of in some])

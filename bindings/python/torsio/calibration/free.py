@@ -21,17 +21,16 @@ _FREE = "friction and inertia"
 _NOISE_COUNTS = 4.0
 UNSEEN_RAD_S = 50.0
 """As fast as a knob may get whose encoder tells nothing."""
-_PULSES = tuple(2.0 ** (-0.5 * step) for step in range(8, -1, -1))  # of the largest, in their order
+_PULSES = tuple(2.0 ** (-0.5 * step) for step in range(8, -1, -1))  # shares of the largest
 _PULSE_S = (2e-3, 0.1)  # they last so long at least and at most
 _PULSE_LIMIT_RAD_S = 60.0
 _COAST_S = 0.1
-# Further a pulse need not turn it: the shaft's twist under the motor's full torque is less.
+# Far enough for a pulse: the shaft's twist under the motor's full torque is less.
 _FREE_RAD = 0.25
-# Where it stays so far away it has turned: what is held by a spring comes back but for what its
-# friction holds against that.
+# A knob that stays so far away has turned. A held knob springs back, except for its friction.
 _TURNED_RAD = 0.05
 SLOW_RAD_S, FAST_RAD_S = 3.0, 80.0
-FREE_LIMIT_RAD_S = 160.0  # what the turns may overshoot to
+FREE_LIMIT_RAD_S = 160.0  # overshoot of the turns
 SLOW_S = 2.5
 _THROUGH_SHAFT = 0.03  # share of a wave that its way through the shaft leaves uncertain
 _FAST_S = 0.7  # until it turns the other way

@@ -22,8 +22,8 @@ __all__ = [
 # All of these were found on emulated knobs that `torsio study calibration` does not use: the
 # numbers 0 to 130, and with a drive 200 to 259, with a pico2's loop and with a pico's.
 
-# Share of a fit's stated uncertainty that remains. The fit takes for chance what is alike in every
-# step up, and in every step down. That drops out of the difference.
+# Share of a fit's stated uncertainty that remains. The fit takes equal errors of all steps up, and
+# of all steps down, for chance. They cancel in the difference.
 STATED_TOO_WIDE = {"hysteresis_nm": 0.6, "rise_s": 0.55, "knob_coulomb_nm": 0.8}
 
 # Gaps of the models, as a share and at least.

@@ -148,7 +148,7 @@ class Player:
         """Configure it as before."""
         knob = self._knob
         if knob.is_open and knob.state == "disconnected":
-            return ()  # it forgets what was not saved
+            return ()  # it forgets unsaved values
         return (
             self._stop,
             partial(self._put_back, self._actuator),

@@ -194,7 +194,7 @@ def _measure(knob: Knob, player: Player, plan: _Plan, say: Callable[[str], objec
     brake = stairs = None
     if not plan.quick:
         say(STEPS[3])
-        hold_and_let_go(player, plan.brake_nm)  # what the shaft was held with dies away
+        hold_and_let_go(player, plan.brake_nm)  # relaxes the shaft
         stairs = slip(player, **most)
         brake = _brake(stairs, free, shaft, demagnetised=plan.demagnetised)
     return _Measured(turns, held, stairs, Parts(free, shaft, brake), circuit, player.seconds)

@@ -281,7 +281,7 @@ def put_together(
         sigmas["sigma_brake_time_constant_s"] = 0.0
     proposed = replace(actuator, **values)  # type: ignore[arg-type]
     now = datetime.datetime.now(datetime.timezone.utc)
-    # A quick look may miss a knee, and is not enough to know the brake: what was known stays.
+    # A quick look may miss a knee and knows too little of the brake: the known values stay.
     keeps_shaft = brake is None and shaft.knee is None
     configured = knob.shaft_config()
     bent = configured if keeps_shaft else _bent(shaft, configured, sigmas)

@@ -26,8 +26,8 @@ _TRAVEL_RAD = 0.4
 _LAG_S = 0.06e-3
 # Backlash so many standard uncertainties from nothing is there.
 _SURE = 4.0
-# Means of so many neighbouring residuals vary by so much more than those of noise if the residuals
-# have a shape. Those of noise have 1.
+# Means of so many neighbouring residuals vary by so much more than means of noise, if the residuals
+# have a shape. Noise has 1.
 _NEIGHBOURS, _SHAPELY = 8, 2.5
 _SHAPE_TILTS = 1.5  # a shape's part of the stiffness, in its amplitude over the reach
 
@@ -289,7 +289,7 @@ def estimate_shaft(
     backlash, backlash_sigma = loose.backlash
     if backlash < 0.0:  # a shaft whose first knee was not seen, and that has none
         backlash_sigma = math.hypot(backlash_sigma, backlash)
-    if loose.is_bent:  # what is left out of where the knee is, is left out of this as well
+    if loose.is_bent:  # the knee's error is in the backlash too
         backlash_sigma = math.hypot(backlash_sigma, LEFT_OUT["knee_rad"][0] * loose.knee)
     # A backlash that may be zero stays out of the fit: it would make the stiffness less certain.
     if backlash > _SURE * backlash_sigma:

@@ -14,8 +14,8 @@ __all__ = ["estimate_swing", "swing_rad_s"]
 
 _STEP = "shaft"
 _DAMPING = 2e-4  # N m s/rad, where the search begins
-# What a resting knob says again and again is one reading, wrong by up to a count: only samples so
-# near to a change of counts are fitted.
+# A resting knob repeats one reading, wrong by up to a count. So only samples this near to a change
+# of counts are fitted.
 _MOVING_S = 3e-3
 
 

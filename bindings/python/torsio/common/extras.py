@@ -50,7 +50,7 @@ def how_to_install(extra: str) -> str:
     """Give the command that installs an extra of this package, from where the package came."""
     if folder := source_folder():
         return f"pip install {_QUOTE}{folder}[{extra}]{_QUOTE}"
-    # Without the source tree, or once it has gone: what the extra would bring, by name.
+    # Without the source tree: the packages of the extra, by name.
     return " ".join(["pip install", *(f"{_QUOTE}{one}{_QUOTE}" for one in _requirements(extra))])
 
 

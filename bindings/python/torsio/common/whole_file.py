@@ -87,5 +87,5 @@ def beside(path: str | Path) -> Iterator[Path]:
             raise
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
-        with suppress(OSError):  # of a place that is wrong, which is told already
+        with suppress(OSError):  # a wrong place is reported already
             part.unlink()

@@ -79,7 +79,7 @@ class KnobRecording:
         metadata = {
             "info": asdict(info),
             "configuration": {type(config).__name__: asdict(config) for config in configs},
-            # Last: what has it has all of them.
+            # Last: a file with this has all of them.
             "versions": {
                 "torsio": _torsio.__version__,
                 "protocol": info.protocol_version,
@@ -140,7 +140,7 @@ class KnobRecording:
             Gets the samples, however it ends; if it ends well also how the torque went, or None,
             and whether it came late.
         """
-        self.drain()  # or what was not read would be in the way
+        self.drain()  # old samples would be in the way
         try:
             self._take_samples(self._knob.record, duration_s, rate_hz, must_stay_armed, kept)
         except BaseException:

@@ -100,7 +100,7 @@ class _Stream:
 
     def __init__(self, place: Path) -> None:
         self._file = place.open("wb")
-        self._size = 0  # which a pipe does not tell
+        self._size = 0  # a pipe does not tell it
 
     def write(self, data: bytes) -> int:
         self._size += len(data)
@@ -144,7 +144,7 @@ class RecordingFile:
         self.path: Final = Path(path)
         self.samples: int = 0
         """Written so far."""
-        self._received = 0  # by the knob, beyond what is written or waits
+        self._received = 0  # samples that are neither written nor waiting
         self._on_close = on_close
         # The times of all messages are the device's, laid on the host's clock once.
         self._device_time_s = device_time_s
@@ -153,7 +153,7 @@ class RecordingFile:
         metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
         self._file: _Stream | None = None
         self._channels: dict[str, int] = {}
-        self._newest_ns = 0  # of the telemetry
+        self._newest_ns = 0  # newest sample
         self._lost = samples_lost
         self._failure: BaseException | None = None
         # Both may be used in the handler of a signal that comes in the middle of using them.
@@ -209,7 +209,7 @@ class RecordingFile:
     @property
     def is_open(self) -> bool:
         """False once closed, or when a write has failed."""
-        return self._is_open and self._thread.is_alive()  # which it is not in a forked child
+        return self._is_open and self._thread.is_alive()  # no thread in a forked child
 
     def close(self) -> None:
         """Write what is left, and the file's index.
@@ -337,7 +337,7 @@ class RecordingFile:
             self._writer.finish()
             self._file.close()
         except BaseException:
-            with contextlib.suppress(OSError):  # of a disk that is full, which is told already
+            with contextlib.suppress(OSError):  # a full disk is reported already
                 self._file.close()
             raise
 

@@ -47,7 +47,7 @@ _READ_S: Final = 0.02
 # More than a page holds of curves.
 KEPT_REPORTS: Final = 8192
 MESSAGES_UNDER_WAY: Final = 2
-# Telemetry waits so long for what follows: a picture's worth at a time costs the page least.
+# Telemetry waits so long for more: the page works least with a picture's worth at a time.
 TOGETHER_S: Final = 0.034
 # A page's sign of life is repeated for so long: a busy machine has it say the next one late.
 PAGE_SILENCE_S: Final = 5.0

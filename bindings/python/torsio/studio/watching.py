@@ -46,7 +46,7 @@ class _Onlooker:
 
     async def _reports(self) -> list[bytes]:
         while True:
-            # First the wait: else what came while the last message was sent would be one by itself.
+            # Wait first: otherwise reports that came during the last send would go alone.
             await asyncio.sleep(TOGETHER_S)
             if reports := [content for _, sent, content in self._tap.take() if not sent]:
                 return reports

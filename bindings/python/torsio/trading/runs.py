@@ -58,10 +58,10 @@ PARTS: Final[dict[str, dict[str, Any]]] = {
     "spring and brake": _NO_SPRING,
 }
 """For each part, the change of the plant that leaves it out."""
-WHOLE: Final = ("brake", "spring and brake")  # of the plant, so not combined with others
+WHOLE: Final = ("brake", "spring and brake")  # leave out most of the plant, so never combined
 _WITH_SPRING: Final = ("hysteresis", "hardening", "belt", "brake")
 _REPORT_BYTES: Final = 64
-_HELD_S: Final = 1.0  # until what the soft start has done to the brake is gone
+_HELD_S: Final = 1.0  # until the soft start's effect on the brake is gone
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ class Kept:
         self._path, self._found = path, dict[str, dict[str, Any]]()
         if path is None or not path.exists():
             return
-        # Not of UTF-16: what is kept is appended in UTF-8.
+        # No UTF-16: new lines are appended in UTF-8.
         text = content(path).decode("utf-8-sig", errors="replace")
         for line in filter(None, text.splitlines()):
             try:
@@ -286,7 +286,7 @@ class Runs:
             warnings.catch_warnings(),
             open_knob("emulated", emulator=emulated_options(options, log_truth=True)) as knob,
         ):
-            warnings.simplefilter("ignore")  # of the scene, which is what is measured here
+            warnings.simplefilter("ignore")  # of swings: measured here anyway
             played_tick = _hold_until_armed(knob, options)
             begin, begin_s = knob.statistics(), time.process_time()
             knob.emulator.truth()

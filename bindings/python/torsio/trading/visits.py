@@ -158,7 +158,7 @@ def felt_nm(rows: Record, plant: PlantParams, hand: Hand) -> Array:
     on_knob = on_knob + rows["knob_friction_torque_nm"] - plant.knob_viscous_nm_s_per_rad * speed
     if plant.spring_and_brake:
         return np.asarray(on_knob)
-    # Knob and brake are one body: the shaft carries what the brake's side of it takes.
+    # Knob and brake are one body: the shaft carries the torque of the brake's side.
     if isinstance(hand, PrescribedMotion):
         return np.asarray(-rows["hand_torque_nm"])
     knob = plant.knob_inertia_kg_m2 + getattr(hand, "inertia_kg_m2", 0.0)

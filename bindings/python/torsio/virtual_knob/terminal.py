@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
-if sys.platform != "win32":  # which has neither, nor a virtual knob to be turned by them
+if sys.platform != "win32":  # Windows has neither, and no virtual knob
     import termios
     import tty
 
