@@ -56,6 +56,12 @@ def test_page_that_is_too_long_is_named(measured: prose.Measure, words: str) -> 
     assert prose.complaints(long) == ["all pages: 50000 words; at most 45000"]
 
 
+def test_readme_comes_to_its_first_command_within_sixty_words() -> None:
+    before, command, _ = (prose.TREE / "README.md").read_text("utf-8").partition("./dev demo")
+    assert command
+    assert len(before.split()) <= 60
+
+
 def test_documents_are_not_longer_and_not_harder_to_read_than_they_may_be() -> None:
     assert prose.complaints(prose.pages()) == []
     assert prose.riddles() == []
