@@ -99,27 +99,41 @@ def test_shared_install_is_one_library_that_shows_only_the_sdk(
     assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
 
 
-@pytest.mark.slow
-def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
+def _fetched(tmp_path: Path, *options: str) -> Path:
+    """Configure a copy of the user's project that fetches this tree; return its build."""
+    source, build = tmp_path / "source", tmp_path / "build"
+    shutil.copytree(PROJECT, source)
+    of_tree = f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}"  # in place of a download
+    _run("cmake", "-S", source, "-B", build, *QUICK, of_tree, *options)
+    return build
+
+
+def test_subproject_serves_its_parent_and_changes_and_installs_nothing_of_it(
     tmp_path: Path,
 ) -> None:
-    prefix, build = tmp_path / "prefix", tmp_path / "build"
-    source = tmp_path / "source"
-    shutil.copytree(PROJECT, source)
-    lines = (source / "CMakeLists.txt").read_text(encoding="utf-8")
+    lines = (PROJECT / "CMakeLists.txt").read_text(encoding="utf-8")
     guide = (TREE / "docs/reference/cpp.md").read_text(encoding="utf-8")
     (fetched,) = re.findall(r"^  include.*\n(?:  FetchContent.*\n)+", lines, re.M)
     assert textwrap.indent(textwrap.dedent(fetched), "    ") in guide
-    of_tree = f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}"  # in place of a download
-    _run("cmake", "-S", source, "-B", build, *QUICK, of_tree, "-DTORSIO_WITH_EMULATOR=OFF")
-    _run("cmake", "--build", build)
-    told = subprocess.run([build / "my_knob"], capture_output=True, text=True, check=False)
-    assert (told.returncode, told.stdout) == (1, "")
-    assert "TORSIO_WITH_EMULATOR" in told.stderr
+    prefix, build = tmp_path / "prefix", _fetched(tmp_path)
     cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")
     assert "CMAKE_BUILD_TYPE:STRING=\n" in cache
     _run("cmake", "--install", build, "--prefix", prefix)
     assert not _installed(prefix)
+    # Its program alone, which finds the headers; the libraries take their time.
+    _run("ninja", "-C", build, "CMakeFiles/my_knob.dir/Unity/unity_0_cxx.cxx.o")
+    linked = _run("ninja", "-C", build, "-t", "query", "my_knob")
+    assert "libtorsio_sdk.a" in linked
+    assert "libtorsio_emulator.a" in linked
+
+
+@pytest.mark.slow
+def test_subproject_without_emulator_links_and_says_what_it_lacks(tmp_path: Path) -> None:
+    build = _fetched(tmp_path, "-DTORSIO_WITH_EMULATOR=OFF")
+    _run("cmake", "--build", build)
+    told = subprocess.run([build / "my_knob"], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stdout) == (1, "")
+    assert "TORSIO_WITH_EMULATOR" in told.stderr
 
 
 # Like the part of hidapi's own CMake files that matters here; the target's name is its backend's.

@@ -161,7 +161,7 @@ GROUPS = {
         ("tests/c", "tests/test_install.py", "tests/test_other_systems.py"),
         ("release", "languages", "python"),
         (
-            *(*_LIBRARIES, "examples", "docs/reference/c.md", "tools"),
+            *(*_LIBRARIES, "examples", "docs/reference/c.md", "docs/reference/cpp.md", "tools"),
             *("tests/python/cpp_headers.py", "tests/test_guides.py"),
         ),
     ),
