@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 import pytest
 import typer
 
+from tools.dev import environment
 from torsio.apps import cli
 
 TREE = Path(__file__).parent.parent
@@ -115,6 +117,28 @@ CPP_PAGES = ["docs/reference/cpp.md"]
 @pytest.mark.parametrize("page", PYTHON_PAGES)
 def test_python_examples_print_what_the_page_says(page: str, tmp_path: Path) -> None:
     assert run_python(page, tmp_path) == [example.output for example in examples(page, "python")]
+
+
+def _pyright(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run pyright as an editor does, whose Python is this one."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    command = [environment.make_pyright(), "-m", "pyright", *words]
+    env = {**os.environ, "PATH": path}
+    return subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.slow
+def test_editors_know_the_type_of_every_public_name() -> None:
+    told = _pyright("--verifytypes", "torsio", "--ignoreexternal")
+    assert told.returncode == 0, told.stdout
+
+
+@pytest.mark.slow
+def test_editors_find_nothing_wrong_in_readmes_program(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("# pyright: strict\n" + examples("README.md", "python")[0].code)
+    told = _pyright(program)
+    assert told.returncode == 0, told.stdout
 
 
 @pytest.mark.parametrize("page", CPP_PAGES)

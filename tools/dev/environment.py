@@ -130,6 +130,12 @@ def make_learning() -> Path:
     return _beside("learning", "PyTorch", needed, *versions, sees="examples")
 
 
+def make_pyright() -> Path:
+    """Make an environment with editors' type checker, which fetches its code when it runs first."""
+    needed = TREE / "tests/test_guides.py"
+    return _beside("pyright", "pyright", needed, "pyright==1.1.414")
+
+
 @dataclass(frozen=True)
 class SetUp:
     """Downloads that still run in the background while C++ is compiled."""

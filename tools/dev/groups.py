@@ -262,10 +262,10 @@ GROUPS = {
         slow=True,
     ),
     "slow": Group(
-        "builds of other kinds, studies on a cluster, learning",
-        ("tests/test_install.py", "tests/python", "tests/studies"),
+        "builds of other kinds, studies on a cluster, learning, what editors know of types",
+        ("tests/test_install.py", "tests/test_guides.py", "tests/python", "tests/studies"),
         ("release", "python", "studies"),
-        (*_COVERED_BY_BOARDS, "examples", "docs"),
+        (*_COVERED_BY_BOARDS, "examples", *_PAGES),
         {SLOW_VARIABLE: "1"},
         slow=True,
     ),
