@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 import torsio
 from tests.python import wire
 from torsio.apps import doctor
+from torsio.apps.cli import app
 from torsio.apps.doctor import facts as doctor_facts
 from torsio.apps.doctor import knob as doctor_knob
 from torsio.apps.doctor import linux as doctor_linux
@@ -372,6 +374,20 @@ def test_command_examines_the_emulated_knob_and_its_status_is_its_verdict() -> N
     assert values["firmware"]["fingerprint"] == torsio.protocol.fingerprint()
     assert 0 < values["round_trip"]["median_s"] <= values["round_trip"]["p99_s"]
     assert values["losses"]["samples"] == 1000
+
+
+def test_command_without_a_knob_says_so_and_examines_the_emulated_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(doctor, "find_usb_knobs", lambda root: [])
+    result = CliRunner().invoke(app, ["doctor", "--json"])
+    (report,) = json.loads(result.stdout)["reports"]
+    assert report["device"] == "emulated"
+    assert [finding["check"] for finding in report["findings"][:2]] == ["usb", "firmware"]
+    assert "no Torsio knob" in report["findings"][0]["text"]
+    assert "another port" in report["findings"][0]["advice"]
+    assert report["findings"][0]["links"]
+    assert result.exit_code == (0 if all(each["ok"] for each in report["findings"]) else 1)
 
 
 def test_command_says_what_to_do_about_a_device_that_is_not_there() -> None:

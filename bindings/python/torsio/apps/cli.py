@@ -113,7 +113,8 @@ def doctor_command(
         typer.Option(
             "--device",
             metavar="DEVICE",
-            help="Path, serial number, or 'emulated'. Default: every real knob.",
+            help="Path, serial number, or 'emulated'. Unless given it is every knob that is "
+            "plugged in, or the emulated one if none is.",
         ),
     ] = "",
     quick: Annotated[
@@ -132,7 +133,7 @@ def doctor_command(
     """
     if quick and not device:
         raise typer.BadParameter("it turns a knob: name it with --device", param_hint="--quick")
-    reports = doctor.diagnose(device)
+    reports = doctor.diagnose_any(device)
     if quick and reports[0].reaches_knob:
         reports[0].findings.append(doctor.examine_drift(device))
     ok = all(report.ok for report in reports)
@@ -153,7 +154,9 @@ def _print_report(report: doctor.Report) -> None:
     table.add_column(min_width=10)
     table.add_column(overflow="fold")
     for finding in report.findings:
-        verdict = "[green]ok[/green]" if finding.ok else "[bold red]problem[/bold red]"
+        verdict = "[green]ok[/green]" if not finding.advice else "[yellow]note[/yellow]"
+        if not finding.ok:
+            verdict = "[bold red]problem[/bold red]"
         table.add_row(verdict, finding.check.replace("_", " "), Text(finding.text))
         if finding.advice:
             table.add_row("", "", Text(f"-> {finding.advice}"))

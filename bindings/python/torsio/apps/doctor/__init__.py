@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +27,10 @@ from torsio.apps.doctor.facts import (
 from torsio.apps.doctor.findings import Finding
 from torsio.apps.doctor.knob import KNOB_CHECKS
 from torsio.apps.doctor.linux import check_driver, check_permission, check_usb
-from torsio.common.emulated import selects_emulated
+from torsio.common.emulated import EMULATED, selects_emulated
 from torsio.errors import Error
 
-__all__ = ["Finding", "Report", "diagnose", "examine_drift"]
+__all__ = ["Finding", "Report", "diagnose", "diagnose_any", "examine_drift"]
 
 
 @dataclass(frozen=True)
@@ -141,3 +141,13 @@ def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
     if not knobs:
         return [Report("", [check_usb(knobs)])]
     return [_examine_plugged_in(knob, permission) for knob in knobs]
+
+
+def diagnose_any(selector: str = "") -> list[Report]:
+    """Do as `diagnose`, but examine the emulated knob where none is named and none plugged in."""
+    reports = diagnose(selector)
+    if selector or reports[0].device:
+        return reports
+    (none,) = reports[0].findings
+    note = replace(none, ok=True, text=f"{none.text}; this is about the emulated one")
+    return [Report(EMULATED, [note, *diagnose(EMULATED)[0].findings])]

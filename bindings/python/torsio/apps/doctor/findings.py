@@ -20,7 +20,7 @@ class Finding:
     text: str
     """The finding, in plain words."""
     advice: str = ""
-    """Advice; empty if `ok`."""
+    """Advice; empty if there is nothing to be done."""
     values: dict[str, Any] = field(default_factory=dict)
     """The figures behind it, SI units."""
     faults: tuple[str, ...] = ()
@@ -28,10 +28,10 @@ class Finding:
 
     @property
     def more(self) -> str:
-        """Where there is more to read, on the site or in a clone; empty if `ok`."""
-        return "" if self.ok else entry(self.check)
+        """Where there is more to read, on the site or in a clone; empty without advice."""
+        return entry(self.check) if self.advice else ""
 
     @property
     def links(self) -> list[str]:
         """All entries: the faults' and the finding's own."""
-        return [] if self.ok else [*map(entry, self.faults), self.more]
+        return [*map(entry, self.faults), self.more] if self.advice else []

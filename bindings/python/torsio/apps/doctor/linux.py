@@ -29,8 +29,8 @@ def check_usb(knobs: list[UsbKnob]) -> Finding:
         "usb",
         False,
         "the kernel sees no Torsio knob on the USB",
-        "plug it in. Try another port, and a cable that carries data. Look for it in "
-        f"`lsusb -d {VENDOR_ID}:{PRODUCT_ID}`. Without hardware use `--device emulated`",
+        "plug it in. If it is, try another port, and a cable that carries data. Look for it in "
+        f"`lsusb -d {VENDOR_ID}:{PRODUCT_ID}`",
     )
 
 

@@ -49,7 +49,7 @@ def check_usb(system: str, knobs: list[ListedDevice]) -> Finding:
         False,
         f"{system} shows no Torsio knob",
         "plug it in; if it is, try another port and a cable that carries data, not only power, and "
-        f"{_WHERE[system]}; without hardware use `--device emulated`",
+        f"{_WHERE[system]}",
     )
 
 
