@@ -109,6 +109,19 @@ def test_options_of_the_emulated_knob_are_refused_while_a_real_one_would_be_take
     assert "add --device emulated" in result.stderr
 
 
+def test_help_says_of_each_word_what_it_is_and_of_none_that_it_is_always_there() -> None:
+    commands: list[Any] = [typer.main.get_command(app)]
+    wrong = []
+    while commands:
+        command = commands.pop()
+        commands += vars(command).get("commands", {}).values()
+        for each in command.params:
+            is_on = getattr(each, "is_flag", False) and each.default is True
+            if not each.help or (is_on and not each.secondary_opts):
+                wrong.append(f"{command.name}: {each.name}")
+    assert wrong == []
+
+
 def test_module_runs_as_the_command_does() -> None:
     result = subprocess.run(
         [sys.executable, "-m", "torsio", "list", "--json"],

@@ -1,4 +1,4 @@
-"""``torsio emulate --usbip`` as it is installed: what it prints, refuses, and how it ends."""
+"""``torsio emulate`` as it is installed: what it prints, refuses, and how it ends."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from torsio.virtual_knob import terminal
 from torsio.virtual_knob.terminal import Key, KeyboardHand, Mouse, MouseHand
 
 TORSIO = str(Path(sys.executable).with_name("torsio"))
-EMULATE = (TORSIO, "emulate", "--usbip")
+EMULATE = (TORSIO, "emulate")
 
 
 @contextmanager

@@ -37,7 +37,7 @@ def shell(command: str) -> str:
 
 @pytest.mark.kernel("6.12")
 def test_printed_command_plugs_the_knob_in_and_usbip_detach_takes_it_out() -> None:
-    emulate = torsio_command("emulate", "--usbip", "--port", "0", "--serial", "TOOL")
+    emulate = torsio_command("emulate", "--port", "0", "--serial", "TOOL")
     listening, linux = emulate.output.readline(), emulate.output.readline()
     port = re.fullmatch(r"listening 127\.0\.0\.1:(\d+) 1-1\n", listening)
     assert port is not None

@@ -152,9 +152,6 @@ class _Show:
 
 
 def emulate_command(
-    usbip: Annotated[
-        bool, typer.Option("--usbip", help="Serve a USB device over USB/IP; required.")
-    ] = True,
     address: Annotated[
         str,
         typer.Option(help="IPv4 address to listen on. Any but 127.0.0.1 lets other machines in."),

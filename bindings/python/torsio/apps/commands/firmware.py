@@ -19,10 +19,12 @@ app: typer.Typer = typer.Typer(
     help="Look into firmware files, and put them on a knob.", no_args_is_help=True
 )
 
+FirmwareFile = Annotated[Path, typer.Argument(metavar="FILE", help="Ends in .uf2.")]
+
 
 @app.command("show")
 @plainly
-def show_command(file: Path, as_json: AsJson = False) -> None:
+def show_command(file: FirmwareFile, as_json: AsJson = False) -> None:
     """Check a file, and show its board, version and protocol."""
     found = {**asdict(torsio.read_firmware(file)), "path": str(file)}
     if as_json:
@@ -36,7 +38,7 @@ def show_command(file: Path, as_json: AsJson = False) -> None:
 @app.command("update")
 @plainly
 def update_command(
-    file: Path,
+    file: FirmwareFile,
     device: Annotated[
         str,
         typer.Option(

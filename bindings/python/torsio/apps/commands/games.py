@@ -275,13 +275,16 @@ def games_set_command(
         out.print(f"{name}  {value_text(name, getattr(config, name))}")
 
 
+ProfileName = Annotated[str, typer.Argument(metavar="NAME", help="Letters, digits, - and _.")]
+
+
 def _profile(name: str) -> Path:
     if re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) is None:
         raise InvalidArgument(f"{name!r} is no profile's name: use letters, digits, - and _")
     return user_folder("games") / f"{name}.json"
 
 
-def profile_save_command(name: str, device: Device = "") -> None:
+def profile_save_command(name: ProfileName, device: Device = "") -> None:
     """Keep all that `games set` has set, under a name, on this computer."""
     with opened(device, err) as knob:
         settings = json.loads(dump_config(knob))["game_config"]
@@ -290,7 +293,7 @@ def profile_save_command(name: str, device: Device = "") -> None:
     out.print(f"kept {name}: {path}")
 
 
-def profile_load_command(name: str, device: Device = "") -> None:
+def profile_load_command(name: ProfileName, device: Device = "") -> None:
     """Set what was saved under a name, and keep it on the knob."""
     path = _profile(name)
     try:

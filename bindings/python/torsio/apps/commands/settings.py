@@ -39,7 +39,9 @@ def _show_fields(knob: Knob, names: list[str]) -> None:
 
 
 def config_get_command(
-    names: Annotated[list[str] | None, typer.Argument(metavar="[FIELD]...")] = None,
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="FIELD", help="By default all.")
+    ] = None,
     device: Device = "",
 ) -> None:
     """Show fields of the configuration, one a line. Without names it shows all."""
@@ -48,7 +50,7 @@ def config_get_command(
 
 
 def config_set_command(
-    assignments: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...")],
+    assignments: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE", help="As law=paper.")],
     device: Device = "",
 ) -> None:
     """Set fields, and keep them on the knob. Wiring takes effect at its next start."""
@@ -72,7 +74,10 @@ def config_dump_command(device: Device = "") -> None:
         sys.stdout.write(dump_config(knob))
 
 
-def config_load_command(file: Path, device: Device = "") -> None:
+def config_load_command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Written by `dump`, or by hand.")],
+    device: Device = "",
+) -> None:
     """Set the values of a file from `dump`, all or nothing, and keep them on the knob."""
     text = text_of(file)
     with opened(device, err) as knob:
