@@ -46,6 +46,11 @@ class Telemetry(np.ndarray[tuple[Any, ...], np.dtype[np.void]]):
         with np.printoptions(threshold=8, edgeitems=3):
             return super().__repr__()
 
+    def __str__(self) -> str:
+        """Show the first and the last samples, as rows alone."""
+        with np.printoptions(threshold=8, edgeitems=3):
+            return super().__str__()
+
     def plot(self) -> Figure:
         """Draw angle and torques over time.
 

@@ -8,42 +8,85 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from torsio.errors import DisarmedWarning, HeldLowWarning, NoSpeedLimitWarning, SceneWarning
-from torsio.printed.scenes import Effect
+from torsio.printed.scenes import Detents, Effect, Friction, Texture, Timing
 from torsio.printed.told import Disarm, Limits
 
 __all__ = ["armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "unlikely"]
 
-_TORQUES = ("torque_nm", "amplitude_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
-_ANGLES = ("angle_rad", "lower_rad", "upper_rad")
+# Beyond these an angle is hardly meant: turns of any angle, radians of a whole number of them.
 _TURNS = 5.0
+_WHOLE_RAD = {"pitch_rad": 1.0}
+_TORQUES = ("torque_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
+_BOTH_WAYS = (Detents, Friction, Texture)
 # Torque of a knob with plausible parts.
-_GIVEN_BY_ANY_NM = 0.1
+_GIVEN_BY_ANY_NM = 0.05
+_ROUNDING = 1.0 + 1e-6
 
 
 def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
     """Say what in a scene is hardly meant; the knob is asked for its limits only if it matters."""
-    for of in effects:
-        for name in _ANGLES:
-            angle_rad = float(getattr(of, name, 0.0))
-            turns = abs(angle_rad) / math.tau
-            if turns > _TURNS:
-                yield SceneWarning(
-                    f"{type(of).__name__}: {name} is {angle_rad:g} rad, {turns:.3g} turns away; if "
-                    f"degrees are meant, write {name}=torsio.deg({angle_rad:g})"
-                )
-                break
-    torques = (np.abs(getattr(of, name, 0.0)).max() for of in effects for name in _TORQUES)
-    torque_nm = float(max(torques, default=0.0))
-    if torque_nm <= _GIVEN_BY_ANY_NM:
+    yield from filter(None, map(_degrees, effects))
+    pushed_nm = _most_nm([of for of in effects if not isinstance(of, Friction)])
+    asked_nm = _most_nm(effects)
+    if asked_nm <= _GIVEN_BY_ANY_NM:
         return
     most = limits()
+    motor_nm, brake_nm = most.motor_torque_max_nm, most.brake_torque_max_nm
+    is_given = pushed_nm <= _ROUNDING * motor_nm and asked_nm <= _ROUNDING * (motor_nm + brake_nm)
     # For a board that is held low, arm() warns.
-    if torque_nm > most.motor_torque_max_nm + most.brake_torque_max_nm and not most.held_low:
+    if not is_given and not most.held_low:
         yield SceneWarning(
-            f"the scene asks for {torque_nm:g} N m; this knob's motor gives "
-            f"{most.motor_torque_max_nm:g} and its brake {most.brake_torque_max_nm:g} "
-            "(Knob.limits()). Telemetry's desired_torque_nm ends at 0.3277"
+            f"the scene asks for up to {asked_nm:.4g} N m; this knob's motor gives {motor_nm:g}, "
+            f"and its brake {brake_nm:g} more against a turning hand alone (Knob.limits()). "
+            "Telemetry's desired_torque_nm ends at 0.3277"
         )
+
+
+def _degrees(of: Effect) -> SceneWarning | None:
+    """Find an angle that looks as if somebody had written degrees."""
+    for name, value in vars(of).items():
+        if not name.endswith("_rad") or name.endswith("_per_rad"):
+            continue
+        angle_rad = float(value or 0.0)
+        turns = abs(angle_rad) / math.tau
+        is_whole = angle_rad.is_integer() and abs(angle_rad) > _WHOLE_RAD.get(name, math.tau)
+        if is_whole or turns > _TURNS:
+            return SceneWarning(
+                f"{type(of).__name__}: {name} is {angle_rad:g} radians, {turns:.3g} turns; if "
+                f"degrees are meant, write {name}=torsio.deg({angle_rad:g})"
+            )
+    return None
+
+
+def _most_nm(effects: list[Effect]) -> float:
+    """Give the most torque either way that effects may have together at one time.
+
+    Those that grow with depth, speed or acceleration have none.
+    """
+    spans = [_span_s(of) for of in effects]
+    reach = [_reach_nm(of) for of in effects]
+    most_nm = 0.0
+    for moment_s, _ in spans:
+        plays = [
+            nm
+            for nm, (begin_s, end_s) in zip(reach, spans, strict=True)
+            if begin_s <= moment_s < end_s
+        ]
+        most_nm = max(most_nm, sum(high for _, high in plays), -sum(low for low, _ in plays))
+    return most_nm
+
+
+def _span_s(of: Effect) -> tuple[float, float]:
+    timing = getattr(of, "timing", Timing())
+    return timing.delay_s, timing.delay_s + (timing.duration_s or math.inf)
+
+
+def _reach_nm(of: Effect) -> tuple[float, float]:
+    if isinstance(of, _BOTH_WAYS):
+        return -of.torque_nm, of.torque_nm
+    values = [0.0, *(nm for name in _TORQUES for nm in np.ravel(getattr(of, name, 0.0)).tolist())]
+    wave_nm = getattr(of, "amplitude_nm", 0.0)
+    return min(values) - wave_nm, max(values) + wave_nm
 
 
 def held_low(limits: Limits) -> HeldLowWarning:
