@@ -282,7 +282,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     groups += ["studio", "browser"] if name in ("hour", "studio") else []
     # Only the benchmark's own lines go to standard output, so that they can be piped.
     with redirect_stdout(sys.stderr), lock():
-        sources = building.FirmwareSources()
+        sources = building.FirmwareSources(fetch=name != "hour")
         kernels = building.begin_fetching_kernels() if with_machines else None
         environment.set_up(*groups)
         if on_boards:
@@ -294,7 +294,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
             board.result()
         elif with_machines:
             sources.require()
-        if name != "mcu":
+        if name not in ("hour", "mcu"):
             tinyusb = sources.offer()
             if not on_boards:
                 building.build_preset("release", tinyusb)
