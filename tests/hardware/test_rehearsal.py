@@ -134,6 +134,7 @@ def test_command_names_a_fault_and_tells_which_was_built_in() -> None:
     unknown = CliRunner().invoke(app, ["--fault", "gremlins"])
     assert unknown.exit_code == 1
     assert "no fault 'gremlins'" in unknown.output
+    assert "error: gone.toml: No such file" in CliRunner().invoke(app, ["gone.toml"]).output
     assert json.loads(json.dumps(load().expected()))
 
 

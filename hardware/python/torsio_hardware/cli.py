@@ -30,7 +30,10 @@ def main() -> None:
 
 def fail(error: Exception) -> typer.Exit:
     """Print what was wrong, and give what ends the command."""
-    screen.err.print(f"torsio-hardware: error: {error}", soft_wrap=True, markup=False)
+    words = str(error)
+    if isinstance(error, OSError) and error.filename is not None:
+        words = f"{error.filename}: {error.strerror}"
+    screen.err.print(f"torsio-hardware: error: {words}", soft_wrap=True, markup=False)
     return typer.Exit(1)
 
 

@@ -92,7 +92,7 @@ _HELP = {
 def rehearse(
     file: Annotated[Path, typer.Argument(help=_HELP["file"], show_default=False)] = DEFAULT,
     fault: Annotated[
-        str, typer.Option(metavar="NAME", help="Build this fault in; `list` names all.")
+        str, typer.Option(metavar="NAME", help="Build this fault in; `--fault list` names all.")
     ] = "",
     blind: Annotated[
         int | None,
