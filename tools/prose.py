@@ -1,7 +1,7 @@
 """How long the documents' sentences are; ``./dev check`` refuses what is too long.
 
 ``python -m tools.prose`` prints words, words a sentence and the share of long sentences by page.
-Code and printed tables are no words; sentences are counted in the text alone, without headings
+Code, printed tables and licences are no words; sentences are counted in the text alone, without headings
 and tables.
 """
 
@@ -26,7 +26,10 @@ SHORT_PAGES = {
 }
 
 PRINTED_PAGE = "docs/reference/protocol.md"
-_PRINTED = re.compile(r"^<!-- begin: .*?^<!-- end: .*?-->|<!--.*?-->", re.M | re.S)
+# Printed tables, comments, and the licences of parts by others.
+_PRINTED = re.compile(
+    r"^<!-- begin: .*?^<!-- end: .*?-->|<!--.*?-->|^## TinyUSB, .*\Z", re.M | re.S
+)
 # Fences, formulas, pictures, indented code; then tables and headings.
 _CODE = re.compile(
     r"^ *(```|~~~).*?^ *\1|\$\$.*?\$\$|!\[[^\]]*\]\([^)]*\)"
@@ -104,7 +107,7 @@ def docstrings() -> list[str]:
 
 
 def _files() -> list[Path]:
-    return [*sorted(TREE.glob("[!N]*.md")), *sorted(TREE.glob("docs/**/*.md"))]
+    return [*sorted(TREE.glob("*.md")), *sorted(TREE.glob("docs/**/*.md"))]
 
 
 def pages() -> dict[str, Measure]:
