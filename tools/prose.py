@@ -1,8 +1,8 @@
 """How long the documents' sentences are; ``./dev check`` refuses what is too long.
 
 ``python -m tools.prose`` prints words, words a sentence and the share of long sentences by page.
-Code, printed tables and licences are no words; sentences are counted in the text alone, without headings
-and tables.
+Code, printed tables and licences are no words; sentences are counted in the text alone, without
+headings and tables.
 """
 
 from __future__ import annotations
