@@ -86,13 +86,20 @@ def components(tinyusb: Path, sdk: Path | None = None) -> list[Part]:
         Part("libc++ and compiler-rt, of ziglang", zig, _APACHE, "wheels", "pypi/ziglang@"),
         Part("mingw-w64's runtime, of ziglang", zig, "ZPL-2.1", "wheels for Windows",
              "pypi/ziglang@"),
-        Part("TinyUSB", tinyusb_version, "MIT", "wheels and firmware", "github/hathach/tinyusb@"),
+        Part("TinyUSB", tinyusb_version, "MIT", "wheels for Linux, firmware",
+             "github/hathach/tinyusb@"),
         *(_beside_wheels(sdk, pins, zig) if sdk is not None else ()),
     ]  # fmt: skip
     for part in listed:
         if not part.version:
             raise RuntimeError(f"the version of {part.name} cannot be found out")
     return listed
+
+
+def of_wheel(parts: Sequence[Part], *, is_windows: bool) -> list[Part]:
+    """Leave out the parts of the other system's wheels."""
+    other = "for Linux" if is_windows else "for Windows"
+    return [part for part in parts if other not in part.where]
 
 
 def bill_of_materials(parts: Sequence[Part]) -> str:

@@ -67,7 +67,8 @@ def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
     (objects / "CMakeCache.txt").unlink(missing_ok=True)
     suffix = module_suffix(version, tools.architecture)
     bill = BUILD / "torsio.cdx.json"
-    bill.write_text(parts.bill_of_materials(parts.components(Path(tinyusb))), encoding="utf-8")
+    inside = parts.of_wheel(parts.components(Path(tinyusb)), is_windows=tools.is_windows)
+    bill.write_text(parts.bill_of_materials(inside), encoding="utf-8")
     settings = {
         **tools.settings,
         "PYTHON_MODULE_EXTENSION": suffix,
