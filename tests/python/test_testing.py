@@ -38,6 +38,8 @@ def test_assert_felt_takes_a_number_numbers_and_a_function_of_the_angle() -> Non
     testing.assert_felt(log, -0.03)
     testing.assert_felt(log, [-0.03, -0.031])
     testing.assert_felt(log, lambda angle_rad: -0.15 * angle_rad, tolerance_nm=0.0151)
+    with pytest.raises(TypeError, match=r"torques in N m, is Wall\("):
+        testing.assert_felt(log, torsio.Wall(stiffness_nm_per_rad=1.0))  # type: ignore[arg-type]
 
 
 def test_assert_felt_names_the_worst_row_and_counts_the_others() -> None:

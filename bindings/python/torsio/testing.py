@@ -100,6 +100,8 @@ def assert_felt(
     given = expected(log["angle_rad"].astype(float)) if callable(expected) else expected
     try:
         wanted = np.broadcast_to(np.asarray(given, dtype=float), felt.shape)
+    except TypeError:
+        raise TypeError(f"expected must be torques in N m, is {given!r}") from None
     except ValueError:
         raise InvalidArgument(
             f"expected must be one torque or {len(felt)}, one for each row of the log, "
