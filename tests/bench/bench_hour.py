@@ -7,11 +7,12 @@ Keys: `benchmark` "hour"; seconds of the wall clock for a clone of this tree (`c
 command's start until it has written its picture (`picture_s`), then until it tells the page's
 address (`address_s`), until the page has the knob (`knob_s`), and until a mouse has turned the
 armed knob into the wall (`wall_s`). `picture_s` holds all that is not built yet; a bare system has
-the whole of it.
+the whole of it. `processor_s` is the processor's time of all that, without the browser's.
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
@@ -43,6 +44,23 @@ def _clone_s() -> float:
         return time.monotonic() - begin_s
 
 
+def _processor_s(top: int) -> float:
+    """Give the processor's time of a program and of all below it, ended ones included."""
+    parents, ticks = {}, {}
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            words = file.read_text(errors="replace").rpartition(")")[2].split()
+            parents[int(file.parent.name)] = int(words[1])
+            ticks[int(file.parent.name)] = sum(map(int, words[11:15]))
+
+    def is_below(pid: int) -> bool:
+        while pid not in (0, top):
+            pid = parents.get(pid, 0)
+        return pid == top
+
+    return sum(ticks[pid] for pid in ticks if is_below(pid)) / os.sysconf("SC_CLK_TCK")
+
+
 def _wait_for(sign: str, shown: str, user: int) -> tuple[str, str]:
     """Wait until the terminal shows a sign; give it, and all that was shown."""
     while not (found := re.search(sign, shown)):
@@ -60,12 +78,13 @@ def measure(*suite: str) -> dict[str, float]:
     user, terminal = pty.openpty()
     with chromium() as browser, subprocess.Popen(
         ["setsid", "--ctty", *command], stdin=terminal, stdout=terminal, stderr=terminal
-    ):  # fmt: skip
+    ) as dev:  # fmt: skip
         os.close(terminal)
-        times, shown, address = [], "", ""
+        times, shown, address, before_s = [], "", "", 0.0
         for sign in (_FRESH if suite else "", *_SIGNS):
             address, shown = _wait_for(sign, shown, user)
             times.append(time.monotonic())
+            before_s = before_s or _processor_s(dev.pid)
         with opened(browser, address) as page:
             state_is(page, "disarmed")
             times.append(time.monotonic())
@@ -74,9 +93,11 @@ def measure(*suite: str) -> dict[str, float]:
             while number(page, "angle_rad") < _WALL_RAD:
                 time.sleep(0.01)
             times.append(time.monotonic())
+        processor_s = _processor_s(dev.pid) - before_s
         os.write(user, b"\x03")  # Ctrl-C
     took = {part: b - a for part, (a, b) in zip(_PARTS, itertools.pairwise(times), strict=True)}
-    return {part: round(seconds, 1) for part, seconds in {"clone_s": clone_s, **took}.items()}
+    seconds = {"clone_s": clone_s, **took, "processor_s": processor_s}
+    return {part: round(of_it, 1) for part, of_it in seconds.items()}
 
 
 if __name__ == "__main__":
