@@ -110,6 +110,7 @@ GIVEN = (
         ),
         (torsio.Wall(angle_rad=15, stiffness_nm_per_rad=1), r"Wall: .*angle_rad=torsio\.deg\(15\)"),
         (torsio.Wall(angle_rad=30.0, stiffness_nm_per_rad=1), r"torsio\.deg\(30\)"),
+        (torsio.Wall(angle_rad=22.5, stiffness_nm_per_rad=1), r"torsio\.deg\(22\.5\)"),
         (torsio.Wall(angle_rad=137.5, stiffness_nm_per_rad=1), r"torsio\.deg\(137\.5\)"),
         (torsio.Detents(torque_nm=0.02, pitch_rad=15), r"pitch_rad=torsio\.deg\(15\)"),
         (torsio.Detents(torque_nm=0.02, pitch_rad=5), r"pitch_rad=torsio\.deg\(5\)"),

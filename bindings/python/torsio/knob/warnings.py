@@ -13,9 +13,9 @@ from torsio.printed.told import Disarm, Limits
 
 __all__ = ["armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "unlikely"]
 
-# Beyond these an angle is hardly meant: turns of any angle, radians of a whole number of them.
+# Beyond these an angle is hardly meant: turns of any angle, radians of a whole or half number.
 _TURNS = 5.0
-_WHOLE_RAD = {"pitch_rad": 1.0}
+_ROUND_RAD = {"pitch_rad": 1.0}
 _TORQUES = ("torque_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
 _BOTH_WAYS = (Detents, Friction, Texture)
 # Torque of a knob with plausible parts.
@@ -49,8 +49,8 @@ def _degrees(of: Effect) -> SceneWarning | None:
             continue
         angle_rad = float(value or 0.0)
         turns = abs(angle_rad) / math.tau
-        is_whole = angle_rad.is_integer() and abs(angle_rad) > _WHOLE_RAD.get(name, math.tau)
-        if is_whole or turns > _TURNS:
+        is_round = (2.0 * angle_rad).is_integer()
+        if (is_round and abs(angle_rad) > _ROUND_RAD.get(name, math.tau)) or turns > _TURNS:
             return SceneWarning(
                 f"{type(of).__name__}: {name} is {angle_rad:g} radians, {turns:.3g} turns; if "
                 f"degrees are meant, write {name}=torsio.deg({angle_rad:g})"
