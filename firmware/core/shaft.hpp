@@ -27,13 +27,15 @@ struct BrakeSideParams {
 };
 
 /// @param inertia_kg_m2 >= 0; 0 is none
-/// @param friction_nm   dry friction of the knob. The motor takes up half as much of the inertia's
-///                      torque at most: what it does late or on a wrong guess dies by friction
+/// @param friction_nm   dry friction of the knob. The motor takes up at most one and a half times
+/// as
+///                      much of the inertia's torque. A swing that lives on a wrong guess costs the
+///                      trust (stiffness_bound.hpp), and friction stops it
 constexpr BrakeSideParams make_brake_side_params(float inertia_kg_m2, float stiffness_nm_per_rad,
                                                  float period_s, float friction_nm) {
   const float ratio = inertia_kg_m2 / (stiffness_nm_per_rad * period_s * period_s);
   if (!is_finite(ratio)) return {};  // no spring
-  return {ratio, 1.0F / (1.0F + ratio), 0.5F * friction_nm};
+  return {ratio, 1.0F / (1.0F + ratio), 1.5F * friction_nm};
 }
 
 /// A straight piece of the spring: offset_nm + stiffness_nm_per_rad * wind, for torques from low_nm

@@ -16,25 +16,34 @@ struct BoundParams {
   float slope_nm_per_count = 0;     // of the stiffness that a touch begins with
   float least_share = 1.0F / 64;    // of it that is always left
   std::uint32_t buzz_ticks = 0;     // a swing that takes longer is a hand's
+  std::uint32_t slow_ticks = 0;     // no swing that lives on a wrong guess takes longer
   float quiet_share = 1;            // of it with which a count switches less than friction holds
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
 };
+
+/// Of the stable stiffness.
+inline constexpr float kFirstStiffness = 3.0F;
+
+/// Of the stable stiffness: no swing lasts where the torque rises no more steeply along the swing,
+/// unless the device believes what is not true.
+inline constexpr float kSoft = 1.0F / 3;
 
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
 /// well above the stable stiffness and comes down when it must. One count switches no more than
 /// half the motor.
 /// @param friction_nm dry friction of the knob. A torque that changes by no more from count to
-/// count
-///                    leaves a knob at rest where it is
+///                    count leaves a knob at rest where it is
 constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
                                         float motor_torque_max_nm, float friction_nm) {
   BoundParams params;
-  params.slope_nm_per_count = smaller(3.0F * stable.stiffness_nm_per_rad * resolution.rad_per_count,
-                                      0.5F * motor_torque_max_nm);
+  params.slope_nm_per_count =
+      smaller(kFirstStiffness * stable.stiffness_nm_per_rad * resolution.rad_per_count,
+              0.5F * motor_torque_max_nm);
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);
+  params.slow_ticks = round_to_u32(0.15F / resolution.period_s);
   params.quiet_share =
       smaller(larger(friction_nm / params.slope_nm_per_count, params.least_share), 1.0F);
-  params.flicker_ticks = round_to_u32(0.05F / resolution.period_s);
+  params.flicker_ticks = round_to_u32(0.2F / resolution.period_s);
   return params;
 }
 
@@ -47,8 +56,10 @@ struct BoundState {
   std::int32_t swing_counts = 0;   // its length, 0 to 2 more than `gone_counts`
   std::int32_t widest_counts = 0;  // of the swings before that did not get smaller
   std::uint32_t swings = 0;        // in a row that did not get smaller
+  std::uint32_t fading = 0;        // swings in a row that did
   std::uint32_t turned_tick = 0;
   std::uint32_t flickers = 0;       // changes of the count in a row within what counts as rest
+  bool flickered = false;           // in the swing that goes on, at rest
   std::uint32_t flicker_tick = 0;   // of the last change
   std::uint32_t flicker_begin = 0;  // tick of the first
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
@@ -56,8 +67,11 @@ struct BoundState {
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
   bool on_line = false;             // `line_nm` is followed too, beside the asked torque
   bool bounded = false;             // less is given than the scene asks
-  bool new_scene = true;            // the next change is none of the knob's motion
-  float asked_nm = 0;               // at the last tick: while `on_line`
+  bool was_bounded = false;         // somewhere in the swing that goes on
+  float turned_nm = 0;              // asked at the last turn
+  std::uint32_t unexpected_swings = 0;  // that lasted in scenes that the parts could render
+  bool new_scene = true;                // the next change is none of the knob's motion
+  float asked_nm = 0;                   // at the last tick: while `on_line`
   float line_nm = 0;     // the torque of the spring that bounds, which may be beyond what is asked
   float in_time_nm = 0;  // its part that does not come from the knob's motion
 };
@@ -75,6 +89,13 @@ inline constexpr std::int32_t kRestCounts = 2;
 
 /// A swing of no more than this may hide a turn from the encoder, and so seem to last.
 inline constexpr std::int32_t kNarrowCounts = 6;
+
+/// So many swings in a row that get smaller are a swing that dies. A lasting one may be wide and
+/// narrow by turns.
+inline constexpr std::uint32_t kFading = 6;
+
+/// So many swings in a row that did not get smaller come from no push.
+inline constexpr std::uint32_t kUnexpected = 4;
 
 /// So many changes of the count in a row are a flicker and no step of a hand.
 inline constexpr std::uint32_t kFlickers = 8;
@@ -95,15 +116,21 @@ constexpr bool follow_swing(BoundState& state, std::int32_t delta_counts) {
   return delta_counts != 0;
 }
 
-/// Whether the swing that goes on is as slow as a hand's.
-constexpr bool is_slow(const BoundState& state, std::uint32_t now) {
+/// Whether the swing that goes on takes longer. A knob that rested in it was not moved by a hand.
+constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32_t ticks) {
   const bool narrow = state.swing_counts <= kNarrowCounts;
-  return now - state.turned_tick > (narrow ? 4 : 1) * state.params.buzz_ticks;
+  if (narrow && state.flickered) return false;
+  return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
-constexpr void begin_touch(BoundState& state) {
+/// A hand moves the knob: the bound begins anew, and the trust if no swing of the knob's is as
+/// slow.
+/// @returns whether one does
+constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
+  if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, 1.0F);
-  state.trust = 1.0F;
+  if (is_slower(state, now, state.params.slow_ticks)) state.trust = 1.0F;
+  return true;
 }
 
 /// The count has changed and changed back. A knob that does so for ever is driven from count to
@@ -111,7 +138,7 @@ constexpr void begin_touch(BoundState& state) {
 /// than friction holds. A knob that goes on is led by a hand.
 constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
-  if (goes_on && is_slow(state, now)) begin_touch(state);
+  if (goes_on) begin_touch(state, now);
   if (goes_on || now - state.flicker_tick > state.params.flicker_ticks) {
     state.flickers = 0;
     state.flicker_counts = state.swing_counts;
@@ -119,14 +146,23 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   if (state.flickers == 0) state.flicker_begin = now;
   state.flicker_tick = now;
   // A slow hand goes on sooner, though its counts flicker with the encoder's noise.
-  if (++state.flickers < kFlickers || now - state.flicker_begin < 2 * state.params.flicker_ticks)
+  if (++state.flickers < kFlickers || now - state.flicker_begin < state.params.flicker_ticks / 4)
     return;
   state.flickers = 0;
+  state.flickered = true;
   if (state.share > state.params.quiet_share) {
     set_share(state, larger(0.6F * state.share, state.params.quiet_share));
   } else {
     state.trust = larger(0.6F * state.trust, state.params.least_share);
   }
+}
+
+/// Whether the parts can render the scene along the swing that has ended, as they are configured.
+constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_counts) {
+  const float risen_nm = absolute(asked_torque(state) - state.turned_nm);
+  const float most_nm_per_count = kSoft / kFirstStiffness * state.params.slope_nm_per_count;
+  return !state.was_bounded && state.in_time_nm == 0.0F &&
+         risen_nm < most_nm_per_count * static_cast<float>(width_counts);
 }
 
 /// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
@@ -137,22 +173,34 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
 constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   const auto now = static_cast<std::uint32_t>(tick);
   if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
-  const bool by_hand = is_slow(state, now);
+  const bool slow = is_slower(state, now, state.params.slow_ticks);
+  const bool by_hand = begin_touch(state, now);
   const std::int32_t width = state.swing_counts;
   state.turned_tick = now;
   state.way = -state.way;
   state.swing_counts -= state.gone_counts;
   state.gone_counts = state.flicker_counts = state.swing_counts;
-  if (by_hand) begin_touch(state);
+  const bool could_render = could_have_rendered(state, width);
+  state.was_bounded = state.bounded;
+  state.turned_nm = asked_torque(state);
+  state.flickered = false;
   // A swing may look a count wider or narrower than it is.
-  if (by_hand || (width + 1) * 8 < state.widest_counts * 7) {
-    state.swings = 0;
+  const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
+  if (slow || (smaller_now && ++state.fading >= kFading)) {
+    state.swings = state.fading = 0;
     state.widest_counts = width;
     return;
   }
+  if (smaller_now) {
+    state.widest_counts -= state.widest_counts / 8;
+    return;
+  }
+  state.fading = 0;
   if (width > state.widest_counts) state.widest_counts = width;
   if (++state.swings < 2) return;
-  set_share(state, larger(0.6F * state.share, state.params.least_share));
+  // A push may make the first ones.
+  if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
+  if (!by_hand) set_share(state, larger(0.6F * state.share, state.params.least_share));
   state.trust = larger(0.6F * state.trust, state.params.least_share);
 }
 
@@ -179,6 +227,7 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   state.line_nm = line_nm;
   state.on_line = is_finite(asked_nm) && asked_nm != 0.0F;
   state.bounded = given_nm != asked_nm;
+  state.was_bounded = state.was_bounded || state.bounded;
   state.last_nm = state.on_line ? kNoNumber : asked_nm;
   return given_nm;
 }

@@ -132,8 +132,10 @@ void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
 
 Snapshot ControlLoop::snapshot() const {
   return between_ticks(controller_.tick, [&](std::uint64_t tick) {
-    return Snapshot{tick,     controller_.motion.position_counts, state(), owner_, faults_.latched,
-                    counters_};
+    LoopCounters counters = counters_;
+    counters.unexpected_swings = controller_.bound.unexpected_swings;
+    return Snapshot{tick,    controller_.motion.position_counts, state(), owner_, faults_.latched,
+                    counters};
   });
 }
 

@@ -96,6 +96,7 @@ struct LoopCounters {
   std::uint32_t tick_time_ns = 0;
   std::uint32_t tick_time_max_ns = 0;
   std::uint32_t zeroings = 0;
+  std::uint32_t unexpected_swings = 0;
 };
 
 /// State of the control loop that the main loop may read at any time.

@@ -341,7 +341,7 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
           now.state, now.faults, now.counters.reports_accepted,
           now.counters.reports_refused + stalled_, now.counters.samples_dropped,
           now.counters.tick_overruns, now.counters.tick_time_ns, now.counters.tick_time_max_ns,
-          store_.saves(), now.owner, board_.reset_cause});
+          store_.saves(), now.owner, board_.reset_cause, now.counters.unexpected_swings});
       return Status::ok;
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));

@@ -108,6 +108,7 @@ struct Health {
   std::uint32_t saves = 0;
   Owner owner = Owner::none;
   ResetCause reset_cause = ResetCause::unknown;
+  std::uint32_t unexpected_swings = 0;
 };
 template <>
 struct Layout<Health> {
@@ -129,6 +130,9 @@ struct Layout<Health> {
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
       choice("owner", &Health::owner, "who has the actuator"),
       choice("reset_cause", &Health::reset_cause, "why the device started"),
+      any_number("unexpected_swings", &Health::unexpected_swings, "",
+                 "swings of the law `calibrated` that lasted in scenes which the configured parts "
+                 "can render, since the knob was configured"),
   };
 };
 
@@ -573,7 +577,7 @@ using AllReports =
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
-static_assert(wire_size<Health>() == 33);
+static_assert(wire_size<Health>() == 37);
 static_assert(wire_size<GameMonitor>() == 59);
 static_assert(wire_size<Ledger>() == 37);
 static_assert(wire_size<MotorCurrent>() == 61);

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 2648422947;
+export const FINGERPRINT: number = 3343510062;
 
 export const RELEASED_FINGERPRINTS: readonly number[] = [2648422947];
 
@@ -270,7 +270,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "Health",
     "doc": "State and counters since power-up. Read only.",
     "notes": "",
-    "size": 33,
+    "size": 37,
     "fields": [
       {"name": "state", "kind": "choice", "doc": "whether it makes torque", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "faults", "kind": "whole", "doc": "bits, see above", "wire": "faults", "type": "u16", "default": 0},
@@ -283,6 +283,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "saves", "kind": "whole", "doc": "how often the configuration was saved, ever", "wire": "saves", "type": "u32", "default": 0},
       {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "reset_cause", "kind": "choice", "doc": "why the device started", "wire": "reset_cause", "type": "u8", "enumeration": "ResetCause", "values": ["unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"], "default": "unknown"},
+      {"name": "unexpected_swings", "kind": "whole", "doc": "swings of the law `calibrated` that lasted in scenes which the configured parts can render, since the knob was configured", "wire": "unexpected_swings", "type": "u32", "default": 0},
     ],
   },
   "actuator_config": {

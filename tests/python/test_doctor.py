@@ -299,6 +299,7 @@ def test_late_and_long_ticks_are_a_problem(facts: KnobFacts) -> None:
     assert not doctor_knob.check_ticks(with_health(facts, tick_overruns=1)).ok
     assert not doctor_knob.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # 1 ms
     assert doctor_knob.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
+    assert not doctor_knob.check_beliefs(with_health(facts, unexpected_swings=1)).ok
 
 
 # On an emulated knob --------------------------------------------------------------------------
@@ -334,6 +335,24 @@ def test_pressed_emergency_stop_and_late_ticks_show_in_an_examination(
     assert not ticks.ok
 
 
+@pytest.mark.parametrize("factor", [1.0, 1.05, 1.2, 1.3])
+def test_ordinary_use_shows_a_shaft_that_has_become_softer(factor: float) -> None:
+    fine = torsio.EmulatorOptions(
+        plant=torsio.PlantParams(counts_per_rev=32_768), control_rate_hz=20_000
+    )
+    with torsio.open("emulated", emulator=fine) as knob:
+        stiffness = factor * knob.actuator_config().spring_stiffness_nm_per_rad
+        knob.update(spring_stiffness_nm_per_rad=stiffness, counts_per_rev=32_768)
+        knob.update(law="calibrated")
+        knob.emulator.set_hand(torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 40e-3)]))
+        knob.play(torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.5))
+        knob.arm()
+        knob.emulator.advance(2.0)
+        knob.disarm()
+        finding = doctor_knob.check_beliefs(doctor_facts.examine(knob))
+    assert finding.ok == (factor < 1.2)
+
+
 def test_armed_knob_is_examined_and_stays_armed() -> None:
     with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         knob.arm()
@@ -361,7 +380,7 @@ def test_command_examines_the_emulated_knob_and_its_status_is_its_verdict() -> N
     checks = [finding["check"] for finding in report["findings"]]
     assert checks == [
         *("firmware", "state", "start", "parts"),
-        *("clock", "round_trip", "losses", "ticks"),
+        *("clock", "round_trip", "losses", "ticks", "beliefs"),
     ]
     for finding in report["findings"]:
         assert finding["ok"], finding

@@ -22,6 +22,8 @@ import torsio
 OPEN = """
 import os, signal, sys, threading, time, torsio
 paced = torsio.EmulatorOptions(paced=True)
+# CPython itself aborts if threads print their last words while it ends.
+threading.excepthook = lambda arguments: None
 """
 
 # Each leaves threads inside the library when the interpreter ends.

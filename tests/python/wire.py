@@ -68,7 +68,8 @@ REPORTS = {
             "health",
             0x03,
             "B state, H faults, I reports_accepted, I reports_refused, I samples_dropped, "
-            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves, B owner, B reset_cause",
+            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves, B owner, B reset_cause, "
+            "I unexpected_swings",
         ),
         _report(
             "actuator_config",

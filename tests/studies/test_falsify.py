@@ -28,7 +28,7 @@ def test_corners_of_the_space_can_all_be_simulated() -> None:
             assert found == pytest.approx(span[int(corner)]), name
         for batch in batches(28, 32, "calibrated"):
             options = options_of(batch.designs[0], value)
-            assert measure([options], after_s=0.01)[0].swing_rad >= 0.0
+            assert measure([options], after_s=0.6)[0].swing_rad >= 0.0
 
 
 def test_search_finds_that_a_law_without_a_bound_buzzes() -> None:

@@ -257,14 +257,14 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
     assert measured["drag_nm"] < aims["aims"]["drag_nm"]
 
 
-def test_slow_exits_are_as_good_at_other_places_within_a_count(results: dict[str, Any]) -> None:
+def test_exits_are_as_good_at_other_places_within_a_count(results: dict[str, Any]) -> None:
     worst = {row["exit_rad_s"]: row for row in results["aims"]["worst"]}
-    for speed in (0.1, 0.25):
+    for speed in (0.1, 0.25, 0.6):
         assert worst[speed]["tracking_out"] < 0.6e-2
         assert worst[speed]["torque_gap_nm"] < 1.2e-3
     # The brake has no time to let go.
-    assert worst[1.0]["tracking_out"] > worst[0.6]["tracking_out"] > worst[0.25]["tracking_out"]
-    assert worst[1.0]["torque_gap_nm"] > worst[0.6]["torque_gap_nm"] > 1.2e-3
+    assert 0.6e-2 < worst[1.0]["tracking_out"] < 1.5e-2
+    assert 1.2e-3 < worst[1.0]["torque_gap_nm"] < 4.5e-3
 
 
 def test_study_sets_the_papers_statements_beside_what_came_out(

@@ -95,6 +95,12 @@ HEALTH = Structure(
         raw("saves", "u32", "how often the configuration was saved, ever"),
         on_wire(choice("owner", e.OWNER, "who has the actuator")),
         on_wire(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
+        raw(
+            "unexpected_swings",
+            "u32",
+            "swings of the law `calibrated` that lasted in scenes which the configured parts can "
+            "render, since the knob was configured",
+        ),
     ),
     id=0x03,
     direction="feature",

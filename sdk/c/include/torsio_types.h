@@ -1092,6 +1092,9 @@ typedef struct torsio_health {
   int32_t owner;
   /// a torsio_reset_cause: why the device started
   int32_t reset_cause;
+  /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
+  /// since the knob was configured
+  uint32_t unexpected_swings;
 } torsio_health;
 TORSIO_API torsio_result torsio_health_init(torsio_health* structure);
 

@@ -934,6 +934,7 @@ inline torsio_health to_c([[maybe_unused]] const Health& from) {
   to.saves = from.saves;
   to.owner = static_cast<std::int32_t>(from.owner);
   to.reset_cause = static_cast<std::int32_t>(from.reset_cause);
+  to.unexpected_swings = from.unexpected_swings;
   return to;
 }
 inline torsio_energies to_c([[maybe_unused]] const Energies& from) {

@@ -738,7 +738,10 @@ struct Fields<Health> {
                        "how often the configuration was saved, ever"),
                  field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
                  field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit,
-                       "why the device started"));
+                       "why the device started"),
+                 field("unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
+                       "swings of the law `calibrated` that lasted in scenes which the configured "
+                       "parts can render, since the knob was configured"));
   }
 };
 template <>

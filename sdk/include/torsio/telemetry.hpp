@@ -150,6 +150,9 @@ struct Health {
   std::uint32_t saves = 0;                       ///< how often the configuration was saved, ever
   Owner owner = Owner::none;                     ///< who has the actuator
   ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
+  /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
+  /// since the knob was configured
+  std::uint32_t unexpected_swings = 0;
 };
 
 /// Energies that the law `calibrated` has counted since it was chosen. The hand feels the motor's

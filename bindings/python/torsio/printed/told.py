@@ -162,6 +162,9 @@ class Health:
         Who has the actuator.
     reset_cause
         Why the device started.
+    unexpected_swings
+        Swings of the law `calibrated` that lasted in scenes which the configured parts can render,
+        since the knob was configured.
     """
 
     state: Literal["disarmed", "armed", "fault", "disconnected"]
@@ -177,6 +180,7 @@ class Health:
     reset_cause: Literal[
         "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"
     ]
+    unexpected_swings: int
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ RATES_HZ: Final = (10_000, 20_000)
 COUNTS: Final = (2048, 8192, 32_768, 131_072)
 
 _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
+_HOLDABLE_BY_DETENTS: Final = 0.7  # a weight that comes quickly overshoots, and then rolls on
 _AT_RAD: Final = 0.05
 _SETTLED_S: Final = 0.3  # by then a hand is done
 
@@ -220,7 +221,8 @@ def _hand(
             intended_angle_rad=[(0.0, 0.0), (_SETTLED_S, deepest_rad)],
         ), None
     holds_nm = min(plant.motor_limit_nm, value["limit_nm"])
-    weight_nm = _HOLDABLE * value["weight"] * holds_nm
+    holdable = _HOLDABLE_BY_DETENTS if case.scene == "detents" else _HOLDABLE
+    weight_nm = holdable * value["weight"] * holds_nm
     path = [(0.0, 0.0), (0.1, weight_nm)]
     if case.hand == "released":
         path += [(_SETTLED_S, weight_nm), (_SETTLED_S, 0.2 * weight_nm)]

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Final
 
 import cma
 import numpy as np
 import numpy.typing as npt
 
-from torsio.batch import Knobs
-from torsio.closed_loop import LoopOptions
+from torsio.closed_loop import ClosedLoop, LoopOptions
 from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio_studies.falsify.cases import SPACE, Batch, Case, options_of, values_of
 
@@ -28,6 +27,7 @@ LOUD_NM: Final = VIBRATION_NM
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _WINDOW_S: Final = 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
+_RESTING_RAD, _RESTING_SHARE = 1e-6, 1e-2  # a knob that moves and sounds by less stays at rest
 _SLOW: Final = 1e-2
 _POPULATION: Final = 16
 
@@ -55,25 +55,33 @@ class Motion:
 
 
 def measure(options: Sequence[LoopOptions], after_s: float = _FIRST_S) -> list[Motion]:
-    """Run loops of one control period, and measure each from `after_s` on."""
-    rate_hz = round(1e9 / options[0].control_period_ns)
-    knobs = Knobs(len(options), list(options), threads=1)
-    knobs.step(round(after_s / 3.0 * rate_hz))
-    before, _ = _watch(knobs, rate_hz)
-    knobs.step(round((after_s * 2.0 / 3.0) * rate_hz))
-    angle, torque = _watch(knobs, rate_hz)
-    loud = vibration_nm(torque, _RATE_HZ)
-    work = np.sum(torque[:-1] * np.diff(angle, axis=0), axis=0) / _WINDOW_S
-    swing, slow = np.ptp(angle, axis=0), np.ptp(before, axis=0)
-    return [Motion(*map(float, one)) for one in zip(swing, work, loud, slow, strict=True)]
+    """Run each loop alone, and measure its motion from `after_s` on.
+
+    A knob that rests at a third of that is not watched longer.
+    """
+    return [_measure(one, after_s) for one in options]
 
 
-def _watch(knobs: Knobs, rate_hz: int) -> tuple[Array, Array]:
-    angle, torque = (np.empty((round(_WINDOW_S * _RATE_HZ), len(knobs))) for _ in range(2))
-    for row in range(len(angle)):
-        knobs.step(rate_hz // _RATE_HZ)
-        angle[row], torque[row] = knobs.states["angle_rad"], knobs.states["motor_torque_nm"]
-    return angle, torque
+def _measure(options: LoopOptions, after_s: float) -> Motion:
+    loop = ClosedLoop(options)
+    early = _watch(loop, after_s / 3.0)
+    if early.swing_rad < _RESTING_RAD and early.loud_nm < _RESTING_SHARE * LOUD_NM:
+        return early
+    late = _watch(loop, after_s * 2.0 / 3.0 - _WINDOW_S)
+    return replace(late, before_rad=early.swing_rad)
+
+
+def _watch(loop: ClosedLoop, after_s: float) -> Motion:
+    rate_hz = round(1e9 / loop.options.control_period_ns)
+    loop.run(duration_s=after_s, record_every=rate_hz)
+    rows = loop.run(duration_s=_WINDOW_S, record_every=rate_hz // _RATE_HZ)
+    angle, torque = rows["angle_rad"], rows["motor_torque_nm"]
+    return Motion(
+        swing_rad=(swing_rad := float(np.ptp(angle))),
+        work_w=float(np.sum(torque[:-1] * np.diff(angle))) / _WINDOW_S,
+        loud_nm=float(vibration_nm(torque[:, None], _RATE_HZ)[0]),
+        before_rad=swing_rad,
+    )
 
 
 def swings(case: Case, motion: Motion) -> bool:

@@ -250,6 +250,23 @@ def check_ticks(facts: KnobFacts) -> Finding:
     )
 
 
+def check_beliefs(facts: KnobFacts) -> Finding:
+    """See whether ordinary use has shown that the configured values no longer hold."""
+    swings = facts.after.unexpected_swings
+    values = {"unexpected_swings": swings}
+    if swings == 0:
+        text = "no swing has lasted that the configured values do not explain"
+        return Finding("beliefs", True, text, values=values)
+    return Finding(
+        "beliefs",
+        False,
+        f"the knob has swung to and fro {swings} times in scenes that its configured parts can "
+        "render; so a configured value no longer holds",
+        "run `torsio calibrate` with nobody touching the knob, and keep what it finds",
+        values,
+    )
+
+
 KNOB_CHECKS: tuple[Callable[[KnobFacts], Finding], ...] = (
     check_firmware,
     check_state,
@@ -259,4 +276,5 @@ KNOB_CHECKS: tuple[Callable[[KnobFacts], Finding], ...] = (
     check_round_trips,
     check_losses,
     check_ticks,
+    check_beliefs,
 )
