@@ -90,6 +90,8 @@ def test_reference_spring_is_straight_strong_and_fits_the_knob() -> None:
     assert shape.gap_m() >= 1e-3
     assert shape.bend_radius_m() >= shape.thickness_m
     assert 0.1 < spring.relative_uncertainty < 0.3
+    # So straight a spring is strained in proportion, beyond the curve too.
+    assert spring.strain_at(0.22) == pytest.approx(2 * spring.strain_at(0.11), rel=0.05)
 
 
 def test_meander_is_the_same_both_ways_and_a_spiral_is_not() -> None:

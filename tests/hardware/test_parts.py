@@ -66,8 +66,20 @@ def test_part_that_lacks_a_rating_is_named(
 
 
 def test_parts_of_the_file_are_in_the_bill(knob: Knob) -> None:
-    numbers = {(part.role, part.number) for part in parts.load()}
-    assert {(role, number) for role, number in knob.parts.items()} <= numbers
+    found = parts.named(parts.load(), knob)
+    assert {role: part.number for role, part in found.items()} == knob.parts
+    assert parts.differences(parts.load(), knob) == []
+
+
+def test_file_whose_values_are_of_another_part_is_told(knob: Knob) -> None:
+    other = replace(knob, parts={**knob.parts, "motor": "148877"})
+    told = parts.differences(parts.load(), other)
+    assert [words.split()[0] for words in told] == [
+        "motor_torque_constant_nm_per_a",
+        "motor_resistance_ohm",
+    ]
+    with pytest.raises(ValueError, match=r"motor = 'RE 30': parts\.csv has 310009"):
+        parts.named(parts.load(), replace(knob, parts={"motor": "RE 30"}))
 
 
 def test_totals_are_sums_of_first_choices() -> None:
@@ -109,13 +121,10 @@ def test_board_has_pins_where_a_pico_has_them_and_nothing_in_two_holes(knob: Kno
 
 def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:
     page = (TREE / "docs/how-to/build.md").read_text(encoding="utf-8")
-    rows = re.findall(
-        r"^\| (?:Encoder|Supply|Brake|Calibrate) \| .* \| (\S+) to (\S+) \|$", page, re.M
-    )
-    told = [tuple(map(float, row)) for row in rows]
-    assert len(told) == len(knob.expected())
-    for found, (_, name, band, _) in zip(told, knob.expected(), strict=True):
-        assert found == pytest.approx(band, rel=5e-3, abs=1e-9), name
+    rows = re.findall(r"^\| (\w+) \| .* \| (\S+) to (\S+) \|$", page, re.M)
+    for (step, *found), (of, name, band, _) in zip(rows, knob.expected(), strict=True):
+        assert step.lower() == of.lower()
+        assert tuple(map(float, found)) == pytest.approx(band, rel=5e-3, abs=1e-9), name
     low, high = parts.total_eur(parts.load())
     assert f"{round(low, -1):.0f} to {round(high, -1):,.0f} EUR" in page
     manifest = (TREE / "hardware/okh.toml").read_text(encoding="utf-8")

@@ -61,7 +61,8 @@ def test_settings_are_those_that_a_device_takes(knob: Knob) -> None:
 
 def test_knob_with_another_encoder_is_expected_to_count_its_lines(knob: Knob) -> None:
     other = replace(knob, values={**knob.values, "counts_per_rev": Value(4000.0)})
-    assert other.expected()[0][2] == pytest.approx((3992.0, 4008.0))
+    bands = {step: band for step, _, band, _ in other.expected()}
+    assert bands["encoder"] == pytest.approx((3992.0, 4008.0))
     assert rehearse(other, "motor_swapped") is not None  # past the encoder's step
 
 

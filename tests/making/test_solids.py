@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from build123d import Cylinder, Pos, Rot
+from build123d import Cylinder, GeomType, Pos, Rot
 
 from torsio_hardware import making, parts, solids
 from torsio_hardware.knob import load
@@ -47,7 +47,13 @@ def test_screws_are_long_enough_and_can_be_reached(placed: list[solids.Placed]) 
     ear = by_name["motor clamp"].bounding_box().max.Z - by_name["plate"].bounding_box().min.Z
     assert ear == pytest.approx(0.0, abs=1e-6)
     sets = [part.matters for part in parts.load() if part.place == "screws"]
-    assert all("10 M3x16 with nuts" in told for told in sets)
+    # Eight ears and both clamps, with nuts; four legs, and the end stop.
+    assert all("15 M3x16; 10 nuts M3" in told for told in sets)
+    # The brake's screws slide, so that the belt can be tightened.
+    ear = by_name["brake clamp"].bounding_box().max.Y - 6.0
+    for slid in (-3.0, 0.0, 3.0):
+        screw = Pos(CENTRES_MM + ear + slid, ear, 0) * Cylinder(1.5, 40)
+        assert common_mm3(screw, by_name["plate"]) < 0.01
     # A key of 2 mm goes from outside to the set screw of the knob's hub.
     hole = by_name["sleeve"].bounding_box().max.Z - 3.0
     key = Pos(-25, 0, hole) * Rot(0, 90, 0) * Cylinder(1.0, 30)
@@ -76,8 +82,49 @@ def test_part_printed_upside_down_is_found(placed: list[solids.Placed]) -> None:
     assert solids.overhang_mm2(Pos(0, 0, 20) * knob.solid) > 1000
 
 
-def test_belt_is_as_long_as_the_way_round_the_pulleys() -> None:
+def test_belt_has_its_length_and_grooves_for_its_teeth(placed: list[solids.Placed]) -> None:
     assert math.tau * PULLEY_MM + 2 * CENTRES_MM == pytest.approx(BELT_LENGTH_MM)
+    for part in placed:
+        if part.name in ("drum", "brake pulley"):
+            # A pulley of 50 grooves of 2 mm has 31.32 mm outside, by makers' tables.
+            round_ = [face for face in part.solid.faces() if face.geom_type == GeomType.CYLINDER]
+            assert sum(face.radius == pytest.approx(15.66, abs=0.01) for face in round_) == 50
+
+
+def test_knob_turns_round_and_round_until_the_end_stop_is_on(placed: list[solids.Placed]) -> None:
+    """A calibration turns it some dozen times."""
+    by_name = {part.name: part.solid for part in placed}
+    hit = set()
+    for degrees in range(0, 360, 10):
+        turned = Rot(0, 0, degrees) * by_name["knob"]
+        for name in ("plate", "brake pulley", "end stop"):
+            if common_mm3(turned, by_name[name]) > 0.01:
+                hit.add(name)
+    assert hit == {"end stop"}
+
+
+def test_knob_and_drum_have_the_inertia_that_the_file_says(placed: list[solids.Placed]) -> None:
+    """Of PETG, 1.27 g for a cubic centimetre, over the triangles of the faces."""
+
+    def inertia_kg_m2(name: str, at_mm: float = 0.0) -> float:
+        body = Pos(-at_mm, 0, 0) * next(part.solid for part in placed if part.name == name)
+        points, triangles = body.tessellate(0.05)
+        found = 0.0
+        for a, b, c in ([points[n] for n in corners] for corners in triangles):
+            six_volumes = a.dot(b.cross(c))  # of the pyramid from the origin
+            for p, q, r in ((a.X, b.X, c.X), (a.Y, b.Y, c.Y)):
+                found += six_volumes * (p * p + q * q + r * r + p * q + q * r + r * p) / 60
+        return 1.27e-12 * found
+
+    motor = parts.named(parts.load(), KNOB)["motor"].ratings
+    knob = inertia_kg_m2("knob") + inertia_kg_m2("sleeve") + motor["inertia_kg_m2"]
+    low, high = KNOB.values["knob_inertia_kg_m2"].band()
+    assert low < knob < high
+    # The bearings' outer rings and the belt have about 1e-6; a rotor of 7e-6 is assumed.
+    turning = inertia_kg_m2("spring") + inertia_kg_m2("drum")
+    turning += inertia_kg_m2("brake pulley", CENTRES_MM) + 8e-6
+    low, high = KNOB.values["brake_inertia_kg_m2"].band()
+    assert low < turning < high
 
 
 def test_spring_has_the_volume_of_its_arms() -> None:

@@ -107,11 +107,12 @@ def all_command(
         raise fail(ValueError(f"{error}; ./dev hardware installs what draws")) from None
     try:
         knob = knob_file.load(file)
-        lacking = parts.failures(parts.load(), knob)
+        bill = parts.load()
+        lacking = [*parts.failures(bill, knob), *parts.differences(bill, knob)]
         files = making.make(knob, out, lambda what: tell(f"making {what}"))
     except (ValueError, OSError) as error:
         raise fail(error) from None
-    low, high = parts.total_eur(parts.load())
+    low, high = parts.total_eur(bill)
     tell(
         *lacking,
         f"parts for {low:.0f} to {high:.0f} EUR; parts.csv says what was looked up",

@@ -122,9 +122,21 @@ class Spring:
         return self.material.strain_limit / self.strain
 
     def strain_at(self, torque_nm: float) -> float:
-        """Return the largest strain under a torque within the curve."""
-        torque = self.bent.torque_nm * plate_factor(self.flexure)
-        return float(np.interp(torque_nm, torque, self.bent.strain))
+        """Return the largest strain under a torque.
+
+        Raises
+        ------
+        ArithmeticError
+            If it cannot be twisted so far.
+        """
+        bent, factor = self.bent, plate_factor(self.flexure)
+        if torque_nm > factor * bent.torque_nm[-1]:
+            far = 2 * torque_nm / self.stiffness_nm_per_rad
+            twists = (*TWISTS_RAD, *np.linspace(LINEAR_TO_RAD, far, 12)[1:])
+            bent = bend(self.flexure, self.material.modulus_pa.value, twists)
+        if torque_nm > factor * bent.torque_nm[-1]:
+            raise ArithmeticError(f"{torque_nm:g} N m is more than the spring bears")
+        return float(np.interp(torque_nm, factor * bent.torque_nm, bent.strain))
 
     def shaft_config(self) -> dict[str, float]:
         """Return the fields of ShaftConfig: knees where the slope has changed by 1 % and more."""

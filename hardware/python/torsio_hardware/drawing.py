@@ -37,7 +37,7 @@ def words(spring: Spring) -> list[str]:
         "third power",
         f"B: hub, outside Ø {2e3 * shape.hub_radius_m:.1f} mm ± 0.1: where the arms begin",
         f"C: rim, inside Ø {2e3 * shape.rim_radius_m:.1f} mm ± 0.1: where the arms end",
-        f"D: rim, outside Ø {2 * RIM_MM:.1f} mm: fits into the pulley",
+        f"D: rim, outside Ø {2 * RIM_MM:.1f} mm: lies on the drum",
         f"E: bore Ø {2 * BORE_MM + 4:.1f} mm, ream to the sleeve: the hub must not slip",
         f"Height {1e3 * shape.width_m:.2f} mm ± 0.1: stiffness, in proportion",
         f"{shape.arms} arms, {shape.family}; of a meander every second one is mirrored",

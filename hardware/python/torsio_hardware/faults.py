@@ -1,7 +1,8 @@
 """Twenty things that go wrong as one wires and screws: what each does to the emulated knob.
 
-Two need a word. Swapped encoder wires are the device's own sign, turned round behind the maker's
-back. A missing pull-down no firmware can see, so a meter has to: its reading is made up.
+Three need a word. Swapped encoder wires are the device's own sign, turned round behind the maker's
+back. A missing pull-down no firmware can see, so a meter has to: its reading is made up. A hub that
+slips passes little of the brake's torque on, so it is a brake with a quarter of its torque.
 """
 
 from __future__ import annotations

@@ -168,17 +168,34 @@ class Knob:
     def expected(self) -> list[tuple[str, str, tuple[float, float], str]]:
         """Give what each step of first power should show: step, what, band, unit."""
         values, counts = self.values, self.number("counts_per_rev")
-        least, most = values["brake_torque_constant_nm_per_a"].band()
-        coil_v = [10e-3 * self.number("brake_resistance_ohm") / of for of in (most, least)]
         knob, brake = values["knob_coulomb_nm"], values["brake_drag_nm"]
         both = math.hypot(knob.uncertainty, brake.uncertainty)
-        drag = Value(knob.value + brake.value, both).band()
+        drag = Value(knob.value + brake.value, both)
+        silent = torsio.ControlConfig()
+
+        def scaled(to: float, by: str) -> tuple[float, float]:
+            """Scale a figure by a value of the file, which the board takes for true."""
+            of = values[by]
+            return to * of.band()[0] / of.value, to * of.band()[1] / of.value
+
+        def amperes(push_nm: float) -> tuple[float, float]:
+            kt = self.number("motor_torque_constant_nm_per_a")
+            return scaled(push_nm / kt, "current_sense_v_per_a")
+
+        coil_v = 10e-3 * self.number("brake_resistance_ohm")
+        coil_v /= self.number("brake_torque_constant_nm_per_a")
         return [
+            ("link", "the light goes on", (0.9, 1.1), "1/s"),
             ("encoder", "counts of one turn", (0.998 * counts, 1.002 * counts), "counts"),
             ("supply", "at the bridges", values["supply_v"].band(), "V"),
             ("supply", "enable and bridge inputs, disarmed", (0.0, 0.3), "V"),
-            ("brake", "at the coil, for 10 mN m", (coil_v[0], coil_v[1]), "V"),
-            ("calibrate", "coulomb_nm", drag, "N m"),
+            ("stop", "the light goes on", (7.0, 9.0), "1/s"),
+            ("motor", "in its line, knob held", amperes(1.3 * drag.value), "A"),
+            ("PWM", "at the motor's inputs", (39.6, 40.4), "kHz"),
+            ("brake", "at the coil, for 10 mN m", scaled(coil_v, "supply_v"), "V"),
+            ("silence", "until all is off", (0.0, silent.watchdog_s + silent.passive_ramp_s), "s"),
+            ("confirm", "in the motor's line, knob held", amperes(30e-3), "A"),
+            ("calibrate", "coulomb_nm", drag.band(), "N m"),
             *(
                 ("calibrate", found, values[name].band(), unit)
                 for found, name, unit in (

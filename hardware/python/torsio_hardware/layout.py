@@ -6,10 +6,11 @@ import math
 
 BORE_MM = 3.0  # radius, of the motor's shaft
 SLEEVE_MM = 5.0  # radius, inside the bearings
-RIM_MM = 29.0  # radius, of the spring: a knob of 66 mm covers it
+RIM_MM = 29.0  # radius, of the spring: the knob covers it
 TEETH = 50  # of both pulleys, pitch 2 mm
-PULLEY_MM = TEETH * 2.0 / math.tau  # radius
-BELT_MM = 1.4
+PULLEY_MM = TEETH * 2.0 / math.tau  # radius, of the belt's cords
+LAND_MM = PULLEY_MM - 0.254  # radius between the grooves of both pulleys, for a belt GT2
+BELT_MM = 0.63  # of the belt's back; its teeth are in the grooves
 BELT_LENGTH_MM = 300.0
 CENTRES_MM = (BELT_LENGTH_MM - TEETH * 2.0) / 2
 _SCREW_CIRCLE_MM, _SCREW_MM = 27.0, 1.1

@@ -15,53 +15,41 @@ from torsio_hardware import drawing, parts, solids, wires
 from torsio_hardware.knob import Knob
 from torsio_hardware.solids import Placed
 
-STEPS = {
-    1: "plate on its legs",
-    2: "motor in its clamp",
-    3: "brake in its clamp",
-    4: "sleeve on the motor's shaft",
-    5: "bearings and drum on the sleeve",
-    6: "spring on sleeve and drum",
-    7: "brake pulley and belt",
-    8: "knob on the sleeve",
-}
 _VIEW, _FROM_BELOW = (400.0, -500.0, 350.0), (400.0, -500.0, -250.0)
+_VIEWS = {2: _FROM_BELOW, 3: _FROM_BELOW, 9: (-400.0, -500.0, 350.0)}  # of steps of the assembly
 _COARSE = 14  # pieces of an arm, in pictures
 
 
-def picture(bodies: list[Any], new: list[Any], file: Path, view: Any = _VIEW) -> None:
+def picture(old: list[Any], new: list[Any], file: Path, view: Any = _VIEW) -> None:
     """Draw solids as lines, without what is hidden; what is new is red."""
     export = ExportSVG(margin=5, line_weight=0.6)
     export.add_layer("old", line_color=Color(0.15, 0.2, 0.25), line_weight=0.6)
     export.add_layer("new", line_color=Color(0.75, 0.1, 0.1), line_weight=0.9)
-    together = Compound(children=[*bodies, *new])
-    look = tuple(together.center())
-    lines, _ = together.project_to_viewport(view, look_at=look)
-    alone = Compound(children=new).project_to_viewport(view, look_at=look)[0] if new else []
-    # A line is new if its middle lies on one of the new solids alone.
-    points = [
-        edge @ share for edge in alone for share in np.linspace(0, 1, int(edge.length) * 3 + 3)
-    ]
-    marks = np.array([(at.X, at.Y) for at in points]).reshape(-1, 2)
-    for line in lines:
-        middle = line @ 0.5
-        apart = np.hypot(*(marks - (middle.X, middle.Y)).T)
-        export.add_shape(line, layer="new" if apart.min(initial=1.0) < 0.3 else "old")
+    look = tuple(Compound(children=[*old, *new]).center())
+
+    def seen(of: list[Any]) -> Any:
+        return Compound(children=of).project_to_viewport(view, look_at=look)[0] if of else []
+
+    def marks(lines: Any) -> Any:
+        points = [
+            edge @ share for edge in lines for share in np.linspace(0, 1, int(edge.length) * 3 + 3)
+        ]
+        return np.array([(at.X, at.Y) for at in points]).reshape(-1, 2)
+
+    # A line is new if its middle lies on one of the new solids alone, and on none of the old.
+    of_old, of_new = marks(seen(old)), marks(seen(new))
+    for line in seen([*old, *new]):
+        at = line @ 0.5
+        off_old, off_new = (
+            np.hypot(*(of - (at.X, at.Y)).T).min(initial=1.0) for of in (of_old, of_new)
+        )
+        export.add_shape(line, layer="new" if off_new < 0.3 <= off_old else "old")
     export.write(str(file))
 
 
 def exploded(placed: list[Placed]) -> list[Any]:
     """Lift each part along the axis."""
     return [Pos(0, 0, part.lift_mm) * part.solid for part in placed]
-
-
-def diameters(knob: Knob) -> tuple[float, float]:
-    """Return the diameters of the knob's motor and brake, from the bill of materials."""
-    found = {}
-    for part in parts.load():
-        if part.role in ("motor", "brake") and knob.parts[part.role] == part.number:
-            found[part.role] = float(part.ratings["diameter_mm"])
-    return found["motor"], found["brake"]
 
 
 def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
@@ -71,9 +59,12 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     ------
     OSError
         If one cannot be written.
+    ValueError
+        If the bill of materials lacks a part that the knob's file names.
     """
     out.mkdir(parents=True, exist_ok=True)
-    flexure, sizes = knob.spring.flexure, diameters(knob)
+    flexure, named = knob.spring.flexure, parts.named(parts.load(), knob)
+    sizes = [float(named[role].ratings["diameter_mm"]) for role in ("motor", "brake")]
     files = [_text(out / "spring.svg", drawing.svg(knob.spring))]
     files.append(_text(out / "harness.svg", wires.harness_svg(knob)))
     files.append(_text(out / "board.svg", wires.board_svg(knob)))
@@ -97,11 +88,11 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     coarse = solids.assembly(flexure, *sizes, points=_COARSE)
     picture(exploded(coarse), [], out / "exploded.svg")
     files.append(out / "exploded.svg")
-    for step in STEPS:
+    for step in sorted({part.step for part in coarse}):
         file = out / f"step_{step}.svg"
         before = [part.solid for part in coarse if part.step < step]
         new = [part.solid for part in coarse if part.step == step]
-        picture(before, new, file, _FROM_BELOW if step in (2, 3) else _VIEW)
+        picture(before, new, file, _VIEWS.get(step, _VIEW))
         files.append(file)
     return files
 

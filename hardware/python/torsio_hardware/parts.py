@@ -124,6 +124,40 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
     }  # fmt: skip
 
 
+def named(parts: list[Part], knob: Knob) -> dict[str, Part]:
+    """Look up the parts that a knob's file names, by their roles.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that number.
+    """
+    found = {}
+    for role, number in knob.parts.items():
+        known = {part.number: part for part in parts if part.role == role}
+        if number not in known:
+            raise ValueError(f"[parts] {role} = {number!r}: parts.csv has {', '.join(known)}")
+        found[role] = known[number]
+    return found
+
+
+def differences(parts: list[Part], knob: Knob) -> list[str]:
+    """Name every value of the file that is more than two uncertainties off its part's."""
+    motor, brake = (named(parts, knob)[role].ratings for role in ("motor", "brake"))
+    choke = next(part for part in parts if part.place == "choke" and part.is_first).ratings
+    theirs = {
+        "motor_torque_constant_nm_per_a": motor["kt_nm_per_a"],
+        "motor_resistance_ohm": motor["resistance_ohm"] + choke["resistance_ohm"],
+        "brake_torque_constant_nm_per_a": brake["torque_nm"] / brake["coil_a"],
+        "brake_resistance_ohm": brake["coil_v"] / brake["coil_a"],
+    }
+    return [
+        f"{name} is {knob.number(name):g} in the file, and {value:.3g} by the parts that it names"
+        for name, value in theirs.items()
+        if not knob.values[name].band()[0] <= value <= knob.values[name].band()[1]
+    ]
+
+
 def failures(parts: list[Part], knob: Knob) -> list[str]:
     """Name every part that lacks what the configuration assumes, and what it lacks."""
     asked = rules(knob)

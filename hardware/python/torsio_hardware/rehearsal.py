@@ -82,6 +82,10 @@ def emulated(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterat
         yield Bench(knob, device, device.emulator, fault, meter=dict(fault.meter) if fault else {})
 
 
+def _band(knob: Knob, step: str) -> tuple[float, float]:
+    return next(row[2] for row in knob.expected() if row[0] == step)
+
+
 def _apply(bench: Bench) -> Seen:
     """Look whether the board has the values and pins of the file."""
     if bench.fault is not None:
@@ -101,7 +105,7 @@ def _turn(bench: Bench) -> Seen:
     device.sleep(_TURN_S + 0.1)
     bench.world.set_hand(NoHand())
     counts = (device.position_rad() - begin) / (2 * math.pi) * bench.knob.number("counts_per_rev")
-    low, high = bench.knob.expected()[0][2]
+    low, high = _band(bench.knob, "encoder")
     text = f"one turn: {counts:.0f} counts, expected {low:.0f} to {high:.0f}"
     finding = ""
     if abs(counts) < 50:
@@ -206,7 +210,7 @@ def _drag(bench: Bench) -> Seen:
     armed = device.state == "armed"
     if armed:
         device.disarm()
-    low, high = next(row[2] for row in bench.knob.expected() if row[0] == "brake")
+    low, high = _band(bench.knob, "brake")
     text = f"friction of 10 mN m: measure {low:.2f} to {high:.2f} V at the coil"
     return Seen("brake", "torsio studio", text, "" if armed else "brake:disarmed")
 

@@ -20,6 +20,7 @@ from build123d import (
     Polyline,
     Pos,
     Rot,
+    SlotCenterToCenter,
     extrude,
     make_face,
 )
@@ -29,20 +30,26 @@ from torsio_hardware.layout import (
     BELT_MM,
     BORE_MM,
     CENTRES_MM,
-    PULLEY_MM,
+    LAND_MM,
     RIM_MM,
     SCREWS_MM,
     SLEEVE_MM,
+    TEETH,
 )
 from torsio_hardware.plane import grid
 
 _INTO_MM = 0.3  # so far an arm reaches into hub and rim, so that they are one
-_PLATE = (190.0, 90.0, 6.0)
+_PLATE = (196.0, 90.0, 6.0)
 _LEG_MM, _LEG_HEIGHT_MM = 14.0, 95.0
 _SPRING_Z, _DRUM_Z, _TEETH_MM = 16.0, 3.0, 8.0
 _BEARING = (19.0, 5.0)  # outside and width of a 61800
-_KNOB_MM, _KNOB_HEIGHT_MM, _WALL_MM = 66.0, 24.0, 2.4
+# A wall as heavy as the reference knob: a light knob swings in walls that are not even stiff.
+_KNOB_MM, _KNOB_HEIGHT_MM, _WALL_MM = 74.6, 24.0, 6.7
 _FIT_MM = 0.15  # between what turns and what stands, and for press fits the other way
+# Of a groove for a tooth GT2: half its width at each depth, from the land to the ground.
+_GROOVE = ((0.75, 0.0), (0.6, 0.13), (0.55, 0.34), (0.45, 0.54), (0.25, 0.71), (0.0, 0.764))
+_STOP_MM = 41.9  # from the axis to the end stop's middle
+_SLACK_MM = 3.0  # the way of the brake along the plate, to tighten the belt
 
 __all__ = ["Placed", "assembly", "overhang_mm2", "printed", "spring"]
 
@@ -78,13 +85,24 @@ def _sleeve(spring_height: float) -> Any:
     return body - Pos(0, 0, top + 5) * Rot(0, 90, 0) * Cylinder(1.25, 20)
 
 
+def _toothed(height: float) -> Any:
+    """Give a pulley of the belt, its lower face at z = 0."""
+    half = [(LAND_MM - depth, side) for side, depth in _GROOVE]
+    other = [(x, -y) for x, y in reversed(half[:-1])]
+    # The mouth begins a little outside, so that nothing is left of the land there.
+    edge = [(LAND_MM + 0.2, _GROOVE[0][0]), *half, *other, (LAND_MM + 0.2, -_GROOVE[0][0])]
+    groove = make_face(Polyline(*edge, close=True))
+    grooves = [Rot(0, 0, 360 * n / TEETH) * groove for n in range(TEETH)]
+    return extrude(Circle(LAND_MM) - grooves, height)
+
+
 def _drum() -> Any:
     """Pulley of the spring: teeth below, bearings inside, a flange for the spring's rim above.
 
     It is printed on its flange.
     """
     flange_z = _SPRING_Z - 3.0
-    body = _hole(PULLEY_MM, flange_z - _DRUM_Z, z=_DRUM_Z)
+    body = Pos(0, 0, _DRUM_Z) * _toothed(flange_z - _DRUM_Z)
     body += _hole(RIM_MM, 3.0, z=flange_z)
     body -= _hole(_BEARING[0] / 2, _SPRING_Z, z=_DRUM_Z)
     for radius, x, y in SCREWS_MM:
@@ -93,7 +111,9 @@ def _drum() -> Any:
 
 
 def _brake_pulley(bore: float) -> Any:
-    body = _hole(PULLEY_MM, _TEETH_MM + 4.0, z=_DRUM_Z)
+    """Give a pulley whose flange keeps the belt from below; the drum's keeps it from above."""
+    body = Pos(0, 0, _DRUM_Z) * _toothed(_TEETH_MM + 4.0)
+    body += _hole(LAND_MM + 2.0, 1.0, z=_DRUM_Z - 1.0)
     body -= _hole(bore / 2, 30.0)
     return body - Pos(0, 0, _DRUM_Z + _TEETH_MM + 2) * Rot(0, 90, 0) * Cylinder(1.25, 60)
 
@@ -118,10 +138,17 @@ def _plate(motor_mm: float, brake_mm: float) -> Any:
     body -= _hole(13.0, thick, CENTRES_MM, 0, -thick)
     for x, y in _legs():
         body -= _hole(1.7, thick, x, y, -thick)
-    for centre, diameter in ((0.0, motor_mm), (CENTRES_MM, brake_mm)):
-        for x, y in _ears(diameter):
-            body -= _hole(1.7, thick, centre + x, y, -thick)
-    return body + Pos(_KNOB_MM / 2 + 1.5, 12, 11) * Box(5, 5, 22)
+    for x, y in [*_ears(motor_mm), (-_STOP_MM, 0.0)]:
+        body -= _hole(1.7, thick, x, y, -thick)
+    slot = extrude(SlotCenterToCenter(2 * _SLACK_MM, 3.4), thick)
+    for x, y in _ears(brake_mm):
+        body -= Pos(CENTRES_MM + x, y, -thick) * slot
+    return body
+
+
+def _stop() -> Any:
+    """Give the end stop: a post that a screw from below holds, taken off to calibrate."""
+    return Pos(-_STOP_MM, 0, 11) * Box(8, 12, 22) - _hole(1.3, 14.0, -_STOP_MM)
 
 
 def _legs() -> list[tuple[float, float]]:
@@ -211,6 +238,7 @@ def assembly(
         Placed("brake pulley", Pos(CENTRES_MM, 0, 0) * _brake_pulley(6.0), True, 60.0, 7),
         Placed("belt", bought_belt, False, 100.0, 7),
         Placed("knob", _knob(height), True, 215.0, 8, 180.0),
+        Placed("end stop", _stop(), True, 30.0, 9),
     ]
     for n, (x, y) in enumerate(_legs()):
         leg = _hole(_LEG_MM / 2, _LEG_HEIGHT_MM, x, y, under - _LEG_HEIGHT_MM)
@@ -221,14 +249,13 @@ def assembly(
 
 def _belt() -> Any:
     """Give a band round both pulleys."""
-    outer = PULLEY_MM + BELT_MM
 
     def band(radius: float) -> Any:
         both = Circle(radius) + Pos(CENTRES_MM, 0) * Circle(radius)
         corners = [(0, -radius), (CENTRES_MM, -radius), (CENTRES_MM, radius), (0, radius)]
         return both + make_face(Polyline(*corners, close=True))
 
-    return Pos(0, 0, _DRUM_Z + 1.0) * extrude(band(outer) - band(PULLEY_MM), 6.0)
+    return Pos(0, 0, _DRUM_Z + 1.0) * extrude(band(LAND_MM + BELT_MM) - band(LAND_MM), 6.0)
 
 
 def printed(placed: Placed) -> Any:

@@ -33,6 +33,7 @@ _TERMINALS = {
     **{"motor bridge IN1": (9, 13), "motor bridge IN2": (10, 13), "motor bridge SLEEP": (12, 13)},
     **{"brake bridge IN1": (19, 13), "brake bridge IN2": (20, 13), "brake bridge SLEEP": (22, 13)},
     **{"motor bridge FAULT": (13, 13), "brake bridge FAULT": (23, 13), "motor bridge VM": (10, 20)},
+    **{"motor bridge PMODE": (8, 15), "brake bridge PMODE": (25, 15)},
     **{"brake bridge VM": (20, 20), "supply +": (31, 24), "divider top": (29, 21)},
     **{"current sensor OUT": (31, 12), "current sensor VCC": (33, 12)},
 }
@@ -62,6 +63,8 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
         (enable, "brake bridge SLEEP", "signal", "enable"),
         (fault, "motor bridge FAULT", "signal", "low on an error"),
         (fault, "brake bridge FAULT", "signal", "low on an error"),
+        ("board 3V3", "motor bridge PMODE", "power", "3.3 V: two inputs"),
+        ("board 3V3", "brake bridge PMODE", "power", "3.3 V: two inputs"),
         (pin["emergency_stop_pin"], "emergency stop", "signal", "to ground, opens when pressed"),
         (pin["current_sense_pin"], "current sensor OUT", "signal", "1.65 V at no current"),
         (pin["supply_sense_pin"], "divider middle", "signal", "supply over 11"),
@@ -120,7 +123,7 @@ def _way(begin: tuple[int, int], end: tuple[int, int], lane: int) -> list[tuple[
     """Lead a wire round the modules: others are straight."""
     if begin[1] > 1:
         return [begin, (end[0], begin[1]), end] if begin[1] > 20 else [begin, end]
-    above, side = 0.4 - 0.4 * lane, end[0] if end[0] > 20 else -0.2
+    above, side = 0.4 - 0.3 * lane, end[0] if end[0] > 20 else -0.2
     return [begin, (begin[0], above), (side, above), (side, end[1]), end]
 
 
