@@ -104,7 +104,7 @@ def test_knob_turns_round_and_round_until_the_end_stop_is_on(placed: list[solids
 
 
 def test_knob_and_drum_have_the_inertia_that_the_file_says(placed: list[solids.Placed]) -> None:
-    """Of PETG, 1.27 g for a cubic centimetre, over the triangles of the faces."""
+    """PETG has 1.27 g in a cubic centimetre; a solid is summed over its faces' triangles."""
 
     def inertia_kg_m2(name: str, at_mm: float = 0.0) -> float:
         body = Pos(-at_mm, 0, 0) * next(part.solid for part in placed if part.name == name)

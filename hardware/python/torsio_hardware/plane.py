@@ -6,6 +6,7 @@ Quadratic quadrilaterals along the arm; strains are Green's, stresses of Piola a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,10 +34,11 @@ def grid(flexure: Flexure, along: int, across: int, *, mirrored: bool = False) -
 def _mesh(nodes: Any) -> Any:
     from skfem import MeshQuad
 
-    along, across = nodes.shape[0] - 1, nodes.shape[1] - 1
-    number = np.arange((along + 1) * (across + 1)).reshape(along + 1, across + 1)
-    corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
-    return MeshQuad(nodes.reshape(-1, 2).T, np.stack([corner.ravel() for corner in corners]))
+    along, across, _ = nodes.shape
+    mesh = MeshQuad.init_tensor(np.arange(along), np.arange(across)).with_boundaries(
+        {"hub": lambda x: x[0] == 0, "rim": lambda x: x[0] == along - 1}
+    )
+    return replace(mesh, doflocs=nodes[tuple(mesh.p.astype(int))].T)
 
 
 def _forms(modulus_pa: float) -> tuple[Any, Any]:
@@ -81,21 +83,11 @@ def _turn_arm(nodes: Any, modulus_pa: float, twists: Sequence[float]) -> list[fl
     mesh = _mesh(nodes)
     basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=4)
     change, force = _forms(modulus_pa)
-    ends = []
-    for edge in (nodes[0], nodes[-1]):
-        middle, normal = edge.mean(axis=0), edge[-1] - edge[0]
-        along = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
-
-        def on_edge(x: Any, middle: Any = middle, along: Any = along, normal: Any = normal) -> Any:
-            off = x - middle[:, None]
-            near = np.linalg.norm(off, axis=0) < np.linalg.norm(normal)
-            return near & (np.abs(along @ off) < 1e-9)
-
-        ends.append(basis.get_dofs(mesh.facets_satisfying(on_edge, boundaries_only=True)))
-    x_dofs, y_dofs = (ends[1].all([f"u^{axis}"]) for axis in (1, 2))
-    places = np.stack([basis.doflocs[0, x_dofs], basis.doflocs[1, x_dofs]])
-    assert np.allclose(places[1], basis.doflocs[1, y_dofs])
-    held = np.concatenate([ends[0].all(), ends[1].all()])
+    hub, rim = basis.get_dofs("hub"), basis.get_dofs("rim")
+    x_dofs, y_dofs = (rim.all([f"u^{axis}"]) for axis in (1, 2))
+    places = basis.doflocs[:, x_dofs]
+    assert np.allclose(places, basis.doflocs[:, y_dofs])
+    held = np.concatenate([hub.all(), rim.all()])
     now, torques = np.zeros(basis.N), []
     for twist in twists:
         cosine, sine = np.cos(twist), np.sin(twist)
