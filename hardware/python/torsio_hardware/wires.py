@@ -123,7 +123,7 @@ def _way(begin: tuple[int, int], end: tuple[int, int], lane: int) -> list[tuple[
     """Lead a wire round the modules: others are straight."""
     if begin[1] > 1:
         return [begin, (end[0], begin[1]), end] if begin[1] > 20 else [begin, end]
-    above, side = 0.4 - 0.3 * lane, end[0] if end[0] > 20 else -0.2
+    above, side = 0.4 - 0.3 * lane, end[0] if end[0] > 20 else -0.2 - 0.1 * lane
     return [begin, (begin[0], above), (side, above), (side, end[1]), end]
 
 
@@ -144,7 +144,7 @@ def board_svg(knob: Knob) -> str:
             f'style="fill-opacity:.85"/><text x="{far - 5:g}" y="{min(low - 5, y + 110):g}" '
             f'text-anchor="end">{name}</text>'
         ]
-    shapes += [_line([at(1, _GROUND_ROW), at(33, _GROUND_ROW)], "#000")]
+    shapes += [_line([at(1, _GROUND_ROW), at(23.5, _GROUND_ROW)], "#000")]
     for end in PULLED_DOWN:
         column, row = _TERMINALS[end]
         x, y = at(column + 0.35, _GROUND_ROW)
