@@ -37,7 +37,7 @@ def ask(knob: torsio.Knob) -> None:
 
 def upload(knob: torsio.Knob) -> None:
     for scale in itertools.count(1):
-        knob.play(torsio.Curve(torque_nm=[1e-6 * scale * n for n in range(1024)]))
+        knob.play(torsio.Curve(torque_nm=[1e-8 * scale * n for n in range(1024)]))
 
 
 def stream(knob: torsio.Knob) -> None:
