@@ -34,11 +34,7 @@ EmulatedDeviceOptions checked(EmulatedDeviceOptions options) {
 }
 
 template <class Config>
-void check_override(const Config& config) {
-  protocol::Verdict verdict = protocol::check(config);
-  if constexpr (requires { device::check_consistent(config); }) {
-    if (verdict.ok()) verdict = device::check_consistent(config);
-  }
+void require(const Config&, protocol::Verdict verdict) {
   if (verdict.ok()) return;
   throw std::invalid_argument(std::string(protocol::Layout<Config>::name) + ": " +
                               std::string(protocol::field_name<Config>(verdict.field)) +
@@ -52,7 +48,7 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
   bool any = false;
   const auto take = [&any](const auto& given, auto& into) {
     if (!given) return;
-    check_override(*given);
+    require(*given, protocol::check(*given));
     into = *given;
     any = true;
   };
@@ -63,6 +59,9 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
   take(options.shaft, config.shaft);
   device::StoredSlots slots = options.stored;
   if (!any) return slots;
+  protocol::for_each_configuration(config, [&](const auto& report) {
+    require(report, device::check_rules(report, config, boards::kReference.wiring_rule));
+  });
   const device::SlotWrite write = store.prepare(config);
   slots.slot.at(write.slot) = write.bytes;
   return slots;
@@ -108,6 +107,8 @@ device::Device& EmulatedDevice::device() {
 void EmulatedDevice::power_up() {
   device_ = std::make_unique<device::Device>(board(), stored_);
   device_->set_connected(plugged_);
+  index_level_ = false;
+  has_index_ = device_->actuator_config().encoder_index_pin != 0;
   if (power_) {
     power_->power_up(device_->board_config(), device_->actuator_config().brake_time_constant_s);
     device_->measure_by(power_->logic());
@@ -151,6 +152,11 @@ void EmulatedDevice::advance(std::int64_t duration_ns) {
                                   .actuator_fault = power_ ? power_faults != 0 : actuator_fault_,
                                   .power_faults = power_faults,
                                   .missed_ticks = std::exchange(ticks_missed_, 0)};
+  if (has_index_ && encoder_.index() != index_level_) {
+    index_level_ = !index_level_;
+    if (options_.log_inputs) log_flag(InputKind::index, index_level_);
+    device_->see_index(index_level_);
+  }
   if (options_.log_inputs) log_tick(inputs);
   const device::TickOutputs wanted = device_->tick(inputs);
   if (power_) power_->set_speed(device_->speed_rad_s());

@@ -173,6 +173,8 @@ class EmulatedDevice {
   bool emergency_stop_ = false;
   bool actuator_fault_ = false;
   bool encoder_frozen_ = false;
+  bool has_index_ = false;
+  bool index_level_ = false;
   std::uint32_t encoder_count_ = 0;
   std::uint32_t encoder_offset_ = 0;
   std::uint32_t ticks_to_skip_ = 0;

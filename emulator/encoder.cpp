@@ -22,7 +22,8 @@ EncoderParams encoder_of(const PlantParams& plant) {
   return {.counts_per_rev = plant.counts_per_rev,
           .rounding = plant.encoder_rounding,
           .phase_counts = plant.encoder_phase_counts,
-          .noise_counts = plant.encoder_noise_counts};
+          .noise_counts = plant.encoder_noise_counts,
+          .index = plant.encoder_index};
 }
 
 void validate(const EncoderParams& params) {
@@ -54,15 +55,33 @@ double Encoder::draw_noise_counts() {
   return params_.noise_counts * radius * cos_of_turns(random_.uniform());
 }
 
+bool Encoder::index() {
+  constexpr double kSparks = 0.01;  // of all samples
+  const std::int64_t counts = params_.counts_per_rev;
+  const bool pulse = within_counts_ % counts == 0;
+  switch (params_.index) {
+    case IndexPulse::missing:
+      return false;
+    case IndexPulse::doubled:
+      return pulse || (within_counts_ - counts / 3) % counts == 0;
+    case IndexPulse::noisy:
+      return pulse != (random_.uniform() < kSparks);
+    case IndexPulse::works:
+      break;
+  }
+  return pulse;
+}
+
 std::uint32_t Encoder::sample(const Angle& angle) {
   // Whole turns are counted in integers, so that the part which is rounded stays small.
   double within = angle.fraction_rad * counts_per_rad_ + params_.phase_counts;
   if (params_.noise_counts > 0.0) within += draw_noise_counts();
   if (params_.rounding == EncoderRounding::nearest) within += 0.5;
   const std::int64_t whole = params_.direction * angle.revolutions;
+  within_counts_ = floor_to_integer(within);
   // Unsigned arithmetic, so that wrapping is defined whatever the distance.
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(whole) * params_.counts_per_rev +
-                                    static_cast<std::uint64_t>(floor_to_integer(within)));
+                                    static_cast<std::uint64_t>(within_counts_));
 }
 
 }  // namespace torsio::emulator

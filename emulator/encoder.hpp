@@ -19,6 +19,7 @@ struct EncoderParams {
   /// Part: standard deviation of noise that is added to the angle before rounding, >= 0 counts.
   double noise_counts = 0.0;
   std::uint64_t seed = 0;  ///< of the noise
+  IndexPulse index = IndexPulse::works;
 };
 
 /// The encoder of a plant, without a seed.
@@ -36,6 +37,10 @@ class Encoder {
   /// The counter wraps at 32 bits. With noise, each call draws from the seeded sequence.
   [[nodiscard]] std::uint32_t sample(const Angle& angle);
 
+  /// The level of the index at the last sample: high for the count 0 of a turn. Sparks draw from
+  /// the seeded sequence.
+  [[nodiscard]] bool index();
+
   [[nodiscard]] const EncoderParams& params() const { return params_; }
 
  private:
@@ -44,6 +49,7 @@ class Encoder {
   EncoderParams params_;
   double counts_per_rad_;  // with its sign; a division takes as long as all the rest of a sample
   Random random_;
+  std::int64_t within_counts_ = 0;
 };
 
 }  // namespace torsio::emulator

@@ -74,6 +74,9 @@ void ReplayedDevice::take(InputKind kind, Bytes bytes) {
     case InputKind::emergency_stop:
       inputs_.emergency_stop = flag(kind, bytes);
       return;
+    case InputKind::index:
+      if (device_) device_->see_index(flag(kind, bytes));
+      return;
     case InputKind::actuator_fault:
       inputs_.actuator_fault = flag(kind, bytes);
       return;

@@ -40,6 +40,7 @@ RELEASED = {
     "Owner": ["none", "sdk", "game", "dial"],
     "Personality": ["game_controller", "dial"],
     "DialUse": ["wheel", "pan", "volume"],
+    "Centre": ["power_up", "awaits_index", "index"],
     "GameEffectKind": [
         *("none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up"),
         *("sawtooth_down", "spring", "damper", "inertia", "friction"),

@@ -113,6 +113,11 @@ CURRENT_SENSOR = enumeration(
     "works", "dead", "stuck", "saturated",
 )  # fmt: skip
 
+INDEX_PULSE = enumeration(
+    "IndexPulse", "Pulse of an encoder's index: right, never there, two in a turn, or amid sparks.",
+    "works", "missing", "doubled", "noisy",
+)  # fmt: skip
+
 ELECTRICS = Structure(
     "Electrics",
     "Part of a plant: windings, bridges, supply and current sensor. With it the emulated device runs "
@@ -224,6 +229,13 @@ PLANT_PARAMS = Structure(
             )
         ),
         for_hosts(choice("encoder_rounding", ENCODER_ROUNDING, "how the encoder counts")),
+        for_hosts(
+            choice(
+                "encoder_index",
+                INDEX_PULSE,
+                "the pulse at the encoder's count 0, for a device with encoder_index_pin",
+            )
+        ),
         told("encoder_phase_counts", "double", "where in a count angle 0 lies"),
         amount("encoder_noise_counts", "", "standard deviation; 0 leaves the noise out", 0.0),
         yes_or_no(
@@ -317,6 +329,7 @@ INPUT_KIND = enumeration(
     Value("missed_ticks", "before the next one (32 bits)"),
     Value("power_cut", "in the next save, after so many bytes (32 bits)"),
     Value("counts", "of the encoder, one control tick for each (32 bits each)"),
+    Value("index", "of the encoder (0 or 1)"),
 )  # fmt: skip
 EMULATED_SERIAL = "EMULATED"
 DEVICE_INPUT = Structure(
@@ -380,7 +393,7 @@ HAND_FUNCTION = (
     "Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the "
     "torque on the knob in N m, -100 to 100."
 )
-ENUMERATIONS = (ENCODER_ROUNDING, CURRENT_SENSOR, INPUT_KIND)
+ENUMERATIONS = (ENCODER_ROUNDING, INDEX_PULSE, CURRENT_SENSOR, INPUT_KIND)
 PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING, ELECTRICS)
 HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION, FEEDBACK_HAND)
 

@@ -20,6 +20,7 @@ using torsio::CurrentSensorState;
 using torsio::Electrics;
 using torsio::ElectricsState;
 using torsio::EncoderRounding;
+using torsio::IndexPulse;
 using torsio::PlantParams;
 using torsio::ShaftHardening;
 

@@ -105,6 +105,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
       static_cast<std::int32_t>(jump_limit(resolution, actuator.counts_per_rev));
   // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
   loop.tick_budget_ns = period_ns - period_ns / 20;
+  loop.turn_counts = static_cast<std::int32_t>(actuator.counts_per_rev);
+  loop.index_counts = config.index_counts;
   loop.controller.excitation = loop.controller.partition;
   loop.excitation_speed_limit_rad_s = loop.speed_limit_rad_s;
   hold_low(loop, trust);
@@ -154,10 +156,17 @@ protocol::Verdict check_consistent(const ShaftConfig& config) {
 
 /// Out of line, so that tools/stack_bound.py finds the call through the pointer here.
 [[gnu::noinline]] protocol::Verdict check_consistent(const protocol::BoardConfig& config,
-                                                     WiringRule rule) {
-  const std::optional<PinConflict> conflict = rule(config);
+                                                     std::uint8_t index_pin, WiringRule rule) {
+  const std::optional<PinConflict> conflict = rule(config, index_pin);
   if (!conflict) return {};
   return {protocol::Status::inconsistent, conflict->field};
+}
+
+protocol::Verdict check_index_pin(const ActuatorConfig& actuator,
+                                  const protocol::BoardConfig& board, WiringRule rule) {
+  if (check_consistent(board, actuator.encoder_index_pin, rule).ok()) return {};
+  return {protocol::Status::inconsistent,
+          protocol::field_index<ActuatorConfig>("encoder_index_pin")};
 }
 
 float torque_step_nm(const ActuatorConfig& config) {

@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "core/controller.hpp"
 #include "device/actuator_limits.hpp"
+#include "device/index_watch.hpp"
 #include "device/wiring.hpp"
 #include "protocol/configurations.hpp"
 #include "protocol/reports.hpp"
@@ -15,7 +17,8 @@
 namespace torsio::device {
 
 struct Config : protocol::Configurations {
-  std::uint32_t calibrated_values = 0;  // checksum of those that `calibration` is about
+  std::uint32_t calibrated_values = 0;   // checksum of those that `calibration` is about
+  std::int32_t index_counts = kNoPlace;  // of the encoder's index, from the centre
 };
 
 /// Everything that the control loop needs to know, prepared.
@@ -29,6 +32,8 @@ struct LoopConfig {
   float excitation_speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
   std::uint32_t tick_budget_ns = 0;    // a longer tick leaves too little to the main loop
+  std::int32_t turn_counts = 0;
+  std::int32_t index_counts = kNoPlace;  // as it was saved
 };
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
@@ -40,21 +45,31 @@ float motor_max_nm(const Config& config);
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
 
+/// The encoder's index has a pin for itself.
+protocol::Verdict check_index_pin(const protocol::ActuatorConfig& actuator,
+                                  const protocol::BoardConfig& board, WiringRule rule);
+
 /// The torque of the shaft's spring grows all the way.
 protocol::Verdict check_consistent(const protocol::ShaftConfig& config);
 
 /// Each pin can do its job on this board.
-protocol::Verdict check_consistent(const protocol::BoardConfig& config, WiringRule rule);
+protocol::Verdict check_consistent(const protocol::BoardConfig& config, std::uint8_t index_pin,
+                                   WiringRule rule);
 
 /// Those of a report that has such a check.
+/// @param others that it must go with
 template <class Report>
-protocol::Verdict check_rules(const Report& report, [[maybe_unused]] WiringRule rule) {
-  if constexpr (requires { check_consistent(report); }) {
-    return check_consistent(report);
-  } else if constexpr (requires { check_consistent(report, rule); }) {
-    return check_consistent(report, rule);
+protocol::Verdict check_rules(const Report& report,
+                              [[maybe_unused]] const protocol::Configurations& others,
+                              [[maybe_unused]] WiringRule rule) {
+  protocol::Verdict verdict;
+  if constexpr (requires { check_consistent(report); }) verdict = check_consistent(report);
+  if constexpr (std::is_same_v<Report, protocol::ActuatorConfig>) {
+    if (verdict.ok()) verdict = check_index_pin(report, others.board, rule);
+  } else if constexpr (std::is_same_v<Report, protocol::BoardConfig>) {
+    verdict = check_consistent(report, others.actuator.encoder_index_pin, rule);
   }
-  return {};
+  return verdict;
 }
 
 /// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a

@@ -12,13 +12,14 @@
 namespace torsio::device {
 namespace {
 
-// A slot: magic, layout, number of the save, checksum of the calibrated values, the
-// configuration's reports as on the wire without padding, checksum of all before it.
+// A slot: magic, layout, number of the save, checksum of the calibrated values, the index's place,
+// the configuration's reports as on the wire without padding, checksum of all before it.
 constexpr std::uint32_t kMagic = 0x53524F54;  // "TORS"
 constexpr std::size_t kLayoutAt = 4;
 constexpr std::size_t kSavesAt = 8;
 constexpr std::size_t kCalibratedAt = 12;
-constexpr std::size_t kReportsAt = 16;
+constexpr std::size_t kIndexAt = 16;
+constexpr std::size_t kReportsAt = 20;
 constexpr std::size_t kChecksumAt = kSlotSize - 4;
 
 template <class Report>
@@ -56,6 +57,7 @@ std::optional<Config> read_slot(SlotView bytes, WiringRule rule) {
   }
   Config config;
   config.calibrated_values = get_u32(bytes, kCalibratedAt);
+  config.index_counts = static_cast<std::int32_t>(get_u32(bytes, kIndexAt));
   bool good = true;
   for_each_part(config, [&]<class Report>(Report& report, std::size_t at) {
     protocol::ReportBytes padded{};
@@ -63,7 +65,7 @@ std::optional<Config> read_slot(SlotView bytes, WiringRule rule) {
     good = good && protocol::decode(padded, report).ok();
   });
   protocol::for_each_configuration(
-      config, [&](const auto& report) { good = good && check_rules(report, rule).ok(); });
+      config, [&](const auto& report) { good = good && check_rules(report, config, rule).ok(); });
   return good ? std::optional(config) : std::nullopt;
 }
 
@@ -92,7 +94,9 @@ bool are_assumed(const Config& config) {
 std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return ~follow(0xFFFFFFFFU, bytes); }
 
 std::uint32_t values_checksum(const Config& config) {
-  std::uint32_t crc = follow_values(follow_values(0xFFFFFFFFU, config.actuator), config.shaft);
+  protocol::ActuatorConfig actuator = config.actuator;
+  actuator.encoder_index_pin = 0;  // a pin, too
+  std::uint32_t crc = follow_values(follow_values(0xFFFFFFFFU, actuator), config.shaft);
   // Values that every torque is measured by; pins and limits may change.
   const protocol::BoardConfig& board = config.board;
   for (const float value : {board.supply_v, board.motor_torque_constant_nm_per_a,
@@ -131,6 +135,7 @@ void ConfigStore::prepare(const Config& config, SlotWrite& write) const {
   put_u32(write.bytes, kLayoutAt, protocol::fingerprint());
   put_u32(write.bytes, kSavesAt, saves_ + 1);
   put_u32(write.bytes, kCalibratedAt, config.calibrated_values);
+  put_u32(write.bytes, kIndexAt, static_cast<std::uint32_t>(config.index_counts));
   for_each_part(config, [&]<class Report>(const Report& report, std::size_t at) {
     const protocol::ReportBytes bytes = protocol::encode(report);
     std::copy_n(bytes.begin(), kStored<Report>, write.bytes.begin() + at);

@@ -93,6 +93,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
     carry_out(*order);
     orders_.pop();
   }
+  if (index_.awake) [[unlikely]]
+    watch_index();
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const other_force = phase_ == Phase::letting_go ? nullptr : serve_others();
   const bool playing = plays() && host_is_there();
@@ -121,6 +123,35 @@ void ControlLoop::want_dial(bool wanted) {
   call();
 }
 
+void ControlLoop::see_index(bool level) {
+  index_.told = level;
+  index_.awake = true;
+  call();
+}
+
+[[gnu::noinline]] void ControlLoop::watch_index() {
+  const bool again = index_.watch(controller_.motion.position_counts, config_.turn_counts);
+  if (again) call();
+  if (index_.found && takes_centre_ && !armed()) keep_centre();
+  index_.awake = again || (index_.found && takes_centre_);
+}
+
+/// Moves angle 0 by less than a turn, to where it was when it was saved. Whoever feels a torque
+/// would be pushed by that, so it waits until nobody does.
+void ControlLoop::keep_centre() {
+  takes_centre_ = false;
+  if (config_.index_counts == kNoPlace) return;
+  move_origin(within_turn(config_.index_counts - index_.at_counts, config_.turn_counts));
+}
+
+void ControlLoop::move_origin(std::int64_t counts) {
+  controller_.motion.position_counts += counts;
+  index_.at_counts += counts;
+  index_.before_counts += counts;
+  index_.from_counts += counts;
+  ++counters_.zeroings;
+}
+
 void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
   controller_.tick += missed_ticks;
   counters_.tick_overruns += missed_ticks;
@@ -134,8 +165,9 @@ Snapshot ControlLoop::snapshot() const {
   return between_ticks(controller_.tick, [&](std::uint64_t tick) {
     LoopCounters counters = counters_;
     counters.unexpected_swings = controller_.bound.unexpected_swings;
-    return Snapshot{tick,    controller_.motion.position_counts, state(), owner_, faults_.latched,
-                    counters};
+    return Snapshot{
+        tick,  controller_.motion.position_counts, state(), owner_, faults_.latched, counters,
+        index_};
   });
 }
 
@@ -214,14 +246,18 @@ Status ControlLoop::execute(const Order& order) {
       return excite(order);
     case Order::Kind::zero:
       if (armed()) return Status::not_disarmed;
-      controller_.motion.position_counts = 0;
-      ++counters_.zeroings;
+      takes_centre_ = false;
+      move_origin(-controller_.motion.position_counts);
       return Status::ok;
     case Order::Kind::relax:
       if (armed()) return Status::not_disarmed;
       controller_.sensor = {};
       return Status::ok;
     case Order::Kind::configure:
+      if (order.config->turn_counts != config_.turn_counts ||
+          order.config->controller.motion.reversed != config_.controller.motion.reversed) {
+        index_ = {.told = index_.told, .level = index_.level};
+      }
       config_ = *order.config;
       game_params_ = *order.game;
       dial_.configure(*order.detents);

@@ -12,6 +12,7 @@
 #include "device/config.hpp"
 #include "device/dial/detents.hpp"
 #include "device/game/forces.hpp"
+#include "device/index_watch.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "protocol/reports.hpp"
@@ -107,6 +108,7 @@ struct Snapshot {
   protocol::Owner owner = protocol::Owner::none;
   std::uint16_t faults = 0;
   LoopCounters counters;
+  IndexWatch index;
 };
 
 /// The part of a snapshot that every round of the main loop needs.
@@ -192,12 +194,17 @@ class ControlLoop {
   bool takes_order() const { return orders_.empty(); }
   void give(const Order& order);
   void set_connected(bool connected);
+  /// The level of the encoder's index is another from the next tick on, says the interrupt.
+  void see_index(bool level);
   /// Somebody turns the dial, or nobody any more.
   void want_dial(bool wanted);
   bool connected() const { return connected_.load(std::memory_order_relaxed) != 0; }
 
  private:
   void decide(const TickInputs& in);
+  void watch_index();
+  void keep_centre();
+  void move_origin(std::int64_t counts);
   void fall_behind(std::uint32_t missed_ticks);
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
@@ -241,6 +248,7 @@ class ControlLoop {
   bool enabled_ = false;    // power stages on
   bool held_back_ = false;  // the controller's commands are not followed
   core::Overlay overlay_;
+  IndexWatch index_;
   // The longest tick so far, but not more than the budget: a longer one is something to decide.
   std::uint32_t usual_tick_ns_ = 0;
   float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of the present scene
@@ -259,6 +267,7 @@ class ControlLoop {
   std::uint16_t local_model_sequence_ = 0;
   core::ExcitationState excitation_;
 
+  bool takes_centre_ = true;             // once the index is found
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   bool changes_ = false;                 // what plays is decided anew in every tick

@@ -127,7 +127,7 @@ Verdict Device::set_feature(std::span<const std::uint8_t> report) {
   } else {
     decode_any(report, Direction::feature, [&](const auto& content, Verdict found) {
       verdict = found;
-      if (verdict.ok()) verdict = check_rules(content, board_.wiring_rule);
+      if (verdict.ok()) verdict = check_rules(content, config_, board_.wiring_rule);
     });
   }
   if (verdict.ok() && armed()) verdict = {Status::not_disarmed};
@@ -247,6 +247,10 @@ template <protocol::Configuration Part>
 Order Device::order_for(const Part& part) {
   // Only an order can arm, and none is on its way now: what is true here is true in the loop.
   if (armed()) return refusal({Status::not_disarmed});
+  // Another report may have come in between.
+  if (const Verdict now = check_rules(part, config_, board_.wiring_rule); !now.ok()) {
+    return refusal(now);
+  }
   if constexpr (std::is_same_v<Part, protocol::CalibrationConfig>) {
     config_.calibrated_values = values_checksum(config_);
   }
@@ -264,8 +268,12 @@ Order Device::configure(const Config& config) {
 
 /// @param counts_per_rev as it was before
 Order Device::reconfigure(std::uint32_t counts_per_rev) {
-  // A scene is prepared for one encoder.
+  // A scene is prepared for one encoder, and the index has its place in one.
   const bool clears_scene = config_.actuator.counts_per_rev != counts_per_rev;
+  const bool reversed = config_.actuator.encoder_reversed == protocol::Toggle::on;
+  if (clears_scene || reversed != loop_config_.controller.motion.reversed) {
+    config_.index_counts = kNoPlace;
+  }
   // In their places: copies on the way there would be the deepest that the stack holds.
   new (&loop_config_) LoopConfig(
       make_loop_config(config_, board_.control_period_ns, trust_in(config_, board_.moves_parts)));
@@ -302,6 +310,10 @@ void Device::release() {
 Order Device::save() {
   // While flash is written nobody serves the bus, and the watchdog is slow.
   if (!hold()) return refusal({Status::not_disarmed});
+  if (const Snapshot now = loop_.snapshot(); now.index.found) {
+    config_.index_counts = within_turn(now.index.at_counts,
+                                       static_cast<std::int32_t>(config_.actuator.counts_per_rev));
+  }
   store_.prepare(config_, slot_write_.emplace());
   return order_of(Order::Kind::acknowledge);
 }
@@ -337,11 +349,12 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
           protocol::Clock{now.tick, now.tick * board_.control_period_ns, now.position_counts});
       return Status::ok;
     case Layout<protocol::Health>::id:
-      report = protocol::encode(protocol::Health{
-          now.state, now.faults, now.counters.reports_accepted,
-          now.counters.reports_refused + stalled_, now.counters.samples_dropped,
-          now.counters.tick_overruns, now.counters.tick_time_ns, now.counters.tick_time_max_ns,
-          store_.saves(), now.owner, board_.reset_cause, now.counters.unexpected_swings});
+      report = protocol::encode(
+          protocol::Health{now.state, now.faults, now.counters.reports_accepted,
+                           now.counters.reports_refused + stalled_, now.counters.samples_dropped,
+                           now.counters.tick_overruns, now.counters.tick_time_ns,
+                           now.counters.tick_time_max_ns, store_.saves(), now.owner,
+                           board_.reset_cause, now.counters.unexpected_swings, centre(now.index)});
       return Status::ok;
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));
@@ -371,6 +384,12 @@ Status Device::get_configuration(std::uint8_t id, protocol::ReportBytes& report)
     status = Status::ok;
   });
   return status;
+}
+
+protocol::Centre Device::centre(const IndexWatch& index) const {
+  if (index.found) return protocol::Centre::index;
+  return config_.actuator.encoder_index_pin != 0 ? protocol::Centre::awaits_index
+                                                 : protocol::Centre::power_up;
 }
 
 Status Device::get_input(std::uint8_t id, protocol::ReportBytes& report) const {

@@ -60,6 +60,8 @@ class Device {
 
   /// One control period: orders, sensor, scene, partition, limits, telemetry sample.
   TickOutputs tick(const TickInputs& in) { return loop_.tick(in); }
+  /// Before a tick: the level of the encoder's index has changed. It is low at first.
+  void see_index(bool level) { loop_.see_index(level); }
 
   /// The knob's speed, by the last tick.
   float speed_rad_s() const { return loop_.speed_rad_s(); }
@@ -148,6 +150,7 @@ class Device {
   Order order_for(const protocol::CurvePoints& points);
   template <protocol::Configuration Part>
   Order order_for(const Part& part);
+  protocol::Centre centre(const IndexWatch& index) const;
   template <class EffectReport>
   Order order_for(const EffectReport& effect);
 

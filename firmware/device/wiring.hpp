@@ -17,10 +17,15 @@ struct PinConflict {
   std::string_view reason;
 };
 
-/// The first conflict of a wiring whose fields are each in range.
-using WiringRule = std::optional<PinConflict> (*)(const protocol::BoardConfig&);
+/// The first conflict of a wiring whose fields are each in range, with the pin of the encoder's
+/// index; 0: it has none.
+using WiringRule = std::optional<PinConflict> (*)(const protocol::BoardConfig&,
+                                                  std::uint8_t index_pin);
 
 /// Nothing is wired.
-constexpr std::optional<PinConflict> any_wiring(const protocol::BoardConfig&) { return {}; }
+constexpr std::optional<PinConflict> any_wiring(const protocol::BoardConfig& /*config*/,
+                                                std::uint8_t /*index_pin*/) {
+  return {};
+}
 
 }  // namespace torsio::device

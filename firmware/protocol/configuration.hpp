@@ -51,6 +51,7 @@ struct ActuatorConfig {
   float brake_inertia_kg_m2 = 4e-5F;
   float brake_hysteresis_nm = 0;
   float brake_release_time_constant_s = 0;
+  std::uint8_t encoder_index_pin = 0;
 };
 template <>
 struct Layout<ActuatorConfig> {
@@ -96,6 +97,9 @@ struct Layout<ActuatorConfig> {
              "half the width of the brake's hysteresis loop"),
       number("brake_release_time_constant_s", &ActuatorConfig::brake_release_time_constant_s, "s",
              0, 100, "the brake's lag while its torque falls; 0: as `brake_time_constant_s`"),
+      number("encoder_index_pin", &ActuatorConfig::encoder_index_pin, "", 0, 29,
+             "GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at "
+             "the next start"),
   };
 };
 
@@ -504,7 +508,7 @@ struct Layout<CalibrationConfig> {
 };
 
 // The sizes as literals: a change of the wire must be seen in a diff.
-static_assert(wire_size<ActuatorConfig>() == 61);
+static_assert(wire_size<ActuatorConfig>() == 62);
 static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 63);
 static_assert(wire_size<GameConfig>() == 63);

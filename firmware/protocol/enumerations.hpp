@@ -185,6 +185,18 @@ struct Enumerators<ResetCause> {
   static constexpr bool open = false;
 };
 
+/// Where angle 0 comes from.
+enum class Centre : std::uint8_t {
+  power_up,      // the knob's place at power-up, or at the last zero; there is no index
+  awaits_index,  // the same, until a slow turn has passed the index twice
+  index,         // the encoder's index: a save keeps angle 0 over power cycles
+};
+template <>
+struct Enumerators<Centre> {
+  static constexpr std::array<std::string_view, 3> names{"power_up", "awaits_index", "index"};
+  static constexpr bool open = false;
+};
+
 /// Command: what the host asks the device to do.
 enum class Op : std::uint8_t {
   keep_alive,  // nothing but a sign of life, not acknowledged

@@ -109,6 +109,7 @@ struct Health {
   Owner owner = Owner::none;
   ResetCause reset_cause = ResetCause::unknown;
   std::uint32_t unexpected_swings = 0;
+  Centre centre = Centre::power_up;
 };
 template <>
 struct Layout<Health> {
@@ -133,6 +134,7 @@ struct Layout<Health> {
       any_number("unexpected_swings", &Health::unexpected_swings, "",
                  "swings of the law `calibrated` that lasted in scenes which the configured parts "
                  "can render, since the knob was configured"),
+      choice("centre", &Health::centre, "where angle 0 comes from"),
   };
 };
 
@@ -577,7 +579,7 @@ using AllReports =
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
-static_assert(wire_size<Health>() == 37);
+static_assert(wire_size<Health>() == 38);
 static_assert(wire_size<GameMonitor>() == 59);
 static_assert(wire_size<Ledger>() == 37);
 static_assert(wire_size<MotorCurrent>() == 61);

@@ -25,9 +25,20 @@ protocol::ActuatorConfig to_wire(const ActuatorConfig& config) {
   return wire;
 }
 
-protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule) {
+protocol::ActuatorConfig to_wire(const ActuatorConfig& config, device::WiringRule rule,
+                                 const protocol::BoardConfig& board) {
+  const protocol::ActuatorConfig wire = to_wire(config);
+  if (rule != nullptr && rule(board, wire.encoder_index_pin)) {
+    throw InvalidArgument("encoder_index_pin is " + std::to_string(config.encoder_index_pin) +
+                          ": this pin has another job");
+  }
+  return wire;
+}
+
+protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule,
+                              std::uint8_t index_pin) {
   const protocol::BoardConfig wire = convert(config);
-  const auto conflict = rule != nullptr ? rule(wire) : std::nullopt;
+  const auto conflict = rule != nullptr ? rule(wire, index_pin) : std::nullopt;
   if (conflict) {
     throw InvalidArgument(
         std::string(protocol::field_name<protocol::BoardConfig>(conflict->field)) + " is " +

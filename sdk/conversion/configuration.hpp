@@ -9,8 +9,14 @@ namespace torsio::conversion {
 
 /// @throws InvalidArgument that names the field, its value and its range, as all functions below
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
-/// @param rule what the board finds wrong with its wiring; nullptr: not known here, the device asks
-protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule = nullptr);
+/// @param rule  what the board finds wrong with its wiring; nullptr: the device alone knows
+/// @param board whose pins the encoder's index must leave alone
+protocol::ActuatorConfig to_wire(const ActuatorConfig& config, device::WiringRule rule,
+                                 const protocol::BoardConfig& board);
+/// @param rule      as above
+/// @param index_pin of the actuator's encoder
+protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule = nullptr,
+                              std::uint8_t index_pin = 0);
 protocol::ShaftConfig to_wire(const ShaftConfig& config);
 /// One without such rules.
 template <class Config>

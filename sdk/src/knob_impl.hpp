@@ -105,8 +105,12 @@ class Knob::Impl {
 
   template <class Config>
   void configure(const Config& config) {
+    const device::WiringRule rule = wiring_rule(identity().board);
     if constexpr (std::is_same_v<Config, BoardConfig>) {
-      session.set(conversion::to_wire(config, wiring_rule(identity().board)));
+      const auto actuator = session.get<protocol::ActuatorConfig>();
+      session.set(conversion::to_wire(config, rule, actuator.encoder_index_pin));
+    } else if constexpr (std::is_same_v<Config, ActuatorConfig>) {
+      session.set(conversion::to_wire(config, rule, session.get<protocol::BoardConfig>()));
     } else {
       session.set(conversion::to_wire(config));
     }

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 3343510062;
+export const FINGERPRINT: number = 2394703277;
 
 export const RELEASED_FINGERPRINTS: readonly number[] = [2648422947];
 
@@ -270,7 +270,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "Health",
     "doc": "State and counters since power-up. Read only.",
     "notes": "",
-    "size": 37,
+    "size": 38,
     "fields": [
       {"name": "state", "kind": "choice", "doc": "whether it makes torque", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "faults", "kind": "whole", "doc": "bits, see above", "wire": "faults", "type": "u16", "default": 0},
@@ -284,6 +284,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "reset_cause", "kind": "choice", "doc": "why the device started", "wire": "reset_cause", "type": "u8", "enumeration": "ResetCause", "values": ["unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"], "default": "unknown"},
       {"name": "unexpected_swings", "kind": "whole", "doc": "swings of the law `calibrated` that lasted in scenes which the configured parts can render, since the knob was configured", "wire": "unexpected_swings", "type": "u32", "default": 0},
+      {"name": "centre", "kind": "choice", "doc": "where angle 0 comes from", "wire": "centre", "type": "u8", "enumeration": "Centre", "values": ["power_up", "awaits_index", "index"], "default": "power_up"},
     ],
   },
   "actuator_config": {
@@ -292,7 +293,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "ActuatorConfig",
     "doc": "The actuator as built. The defaults are the reference actuator.",
     "notes": "Set only while disarmed; another encoder empties the scene.",
-    "size": 61,
+    "size": 62,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
@@ -312,6 +313,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "brake_inertia_kg_m2", "kind": "number", "doc": "inertia of pulleys and brake; 0: not counted. This and the next two are for the law calibrated", "wire": "brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1.0, "unit": "kg m^2", "default": 4e-05, "shown": true},
       {"name": "brake_hysteresis_nm", "kind": "number", "doc": "half the width of the brake's hysteresis loop", "wire": "brake_hysteresis_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "brake_release_time_constant_s", "kind": "number", "doc": "the brake's lag while its torque falls; 0: as `brake_time_constant_s`", "wire": "brake_release_time_constant_s", "type": "f32", "low": 0.0, "high": 100.0, "unit": "s", "default": 0.0, "shown": true},
+      {"name": "encoder_index_pin", "kind": "whole", "doc": "GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at the next start", "wire": "encoder_index_pin", "type": "u8", "low": 0, "high": 29, "default": 0, "shown": true},
     ],
   },
   "control_config": {

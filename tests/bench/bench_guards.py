@@ -115,7 +115,7 @@ def _before_arming(board: str) -> None:
     def line(danger: str, steps: int, **changes: float) -> None:
         found = []
         for firmware, guards in ((None, ()), (image(), ("sensor's zero",))):
-            with rewired(firmware, **changes) as pico:
+            with rewired(firmware, "board_config", **changes) as pico:
                 pico.do("motor", zero=steps)
                 pico.power_cycle()
                 if guards:

@@ -394,15 +394,22 @@ def confirm(pico: EmulatedPico) -> None:
 
 
 @contextmanager
-def rewired(image: Path | None = None, **board_config: Any) -> Iterator[EmulatedPico]:
+def rewired(
+    image: Path | None = None, report: str = "board_config", **config: Any
+) -> Iterator[EmulatedPico]:
     """Give a board that was started anew with another wiring, disarmed, and knows its host."""
     with enumerated(image) as pico:
-        assert pico.set("board_config", **board_config)["status"] == 0
-        pico.do("erase_time", ns=MS)
-        assert pico.command("save") == "ok"
-        pico.power_cycle()
-        pico.enumerate()
+        assert pico.set(report, **config)["status"] == 0
+        restart_saved(pico)
         yield pico
+
+
+def restart_saved(pico: EmulatedPico) -> None:
+    """Save the configuration, and start the board anew with it."""
+    pico.do("erase_time", ns=MS)
+    assert pico.command("save") == "ok"
+    pico.power_cycle()
+    pico.enumerate()
 
 
 @contextmanager

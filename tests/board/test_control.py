@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from tests.board.pico import EmulatedPico
+from tests.board.pico import EmulatedPico, restart_saved, rewired
 
 COUNTS_PER_REV = 8192
 MOTOR_NM_PER_A = 0.05
@@ -51,6 +51,32 @@ def test_fast_reversals_lose_no_count(pico: EmulatedPico) -> None:
         pico.turn(edges, period_us=0.5)
         position += edges
     assert _position(pico) == position
+
+
+def test_index_of_the_encoder_brings_the_centre_back_after_a_power_cycle() -> None:
+    at = 0
+    with rewired(report="actuator_config", counts_per_rev=32, encoder_index_pin=4) as pico:
+
+        def turn(counts: int) -> str:
+            nonlocal at
+            for _ in range(counts):
+                at += 1
+                pico.do("pin", pin=4, high=at % 32 == 0)
+                pico.turn(1, period_us=0.5)
+                pico.run(0.15)
+            pico.run(0.3)
+            return str(pico.get("health")["centre"])
+
+        pico.do("pin", pin=4, high=False)  # or the board's resistor pulls it up
+        pico.run(0.3)
+        assert turn(40) == "awaits_index"
+        assert turn(32) == "index"
+        assert pico.command("zero") == "ok"
+        turn(5)
+        restart_saved(pico)
+        assert turn(40) == "awaits_index"
+        assert turn(15) == "index"
+        assert _position(pico) == 60
 
 
 def test_counter_wraps_at_32_bits_in_both_directions_unnoticed(pico: EmulatedPico) -> None:

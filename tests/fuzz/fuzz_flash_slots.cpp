@@ -36,7 +36,8 @@ void check(const device::Config& config) {
   fuzz::require(protocol::check(config.game).ok(), "game_config is in range");
   fuzz::require(config.actuator.brake_torque_min_nm <= config.actuator.brake_torque_max_nm,
                 "the brake's floor is below its limit");
-  fuzz::require(!boards::kReference.wiring_rule(config.board), "no pin has two jobs");
+  fuzz::require(!boards::kReference.wiring_rule(config.board, config.actuator.encoder_index_pin),
+                "no pin has two jobs");
 }
 
 }  // namespace

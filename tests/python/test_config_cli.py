@@ -98,6 +98,27 @@ def test_file_that_is_no_dump_changes_nothing(tmp_path: Path, content: str) -> N
     assert str(file) in run("config", "load", str(file), status=1).replace("\n", "")
 
 
+def test_zero_is_kept_once_the_index_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    options = torsio.EmulatorOptions(
+        control_rate_hz=10_000,
+        hand=torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (3.0, 15.0)]),
+        actuator=torsio.ActuatorConfig(encoder_index_pin=4),
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        with pytest.raises(torsio.InvalidArgument, match="encoder_index_pin is 6: this pin has"):
+            knob.update(encoder_index_pin=6)
+        with pytest.raises(torsio.InvalidArgument, match="encoder_pin is 4: this pin has another"):
+            knob.update(encoder_pin=4)
+        monkeypatch.setattr(torsio, "open", lambda *_, **__: nullcontext(knob))
+        assert "two turns" in run("zero", "--keep", status=1)
+        assert "two turns" in run("games")
+        knob.sleep(3)
+        saves = knob.health().saves
+        run("zero", "--keep")
+        assert (knob.health().centre, knob.health().saves) == ("index", saves + 1)
+        assert knob.position_rad() == pytest.approx(0.0, abs=1e-3)
+
+
 def test_faults_stop_and_zero_are_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 0.5)])
     options = torsio.EmulatorOptions(hand=hand)

@@ -41,13 +41,13 @@ def test_health_is_told_field_by_field() -> None:
             "health",
             state="armed", faults=0, reports_accepted=11, reports_refused=12, samples_dropped=13,
             tick_overruns=14, tick_time_ns=15_000, tick_time_max_ns=16_000, saves=17,
-            owner="game", reset_cause="watchdog", unexpected_swings=18,
+            owner="game", reset_cause="watchdog", unexpected_swings=18, centre="index",
         )  # fmt: skip
         assert asdict(knob.health()) == {
             "state": "armed", "faults": (), "reports_accepted": 11, "reports_refused": 12,
             "samples_dropped": 13, "tick_overruns": 14, "tick_time_s": pytest.approx(15e-6),
             "tick_time_max_s": pytest.approx(16e-6), "saves": 17, "owner": "game",
-            "reset_cause": "watchdog", "unexpected_swings": 18,
+            "reset_cause": "watchdog", "unexpected_swings": 18, "centre": "index",
         }  # fmt: skip
 
 

@@ -69,7 +69,7 @@ REPORTS = {
             0x03,
             "B state, H faults, I reports_accepted, I reports_refused, I samples_dropped, "
             "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves, B owner, B reset_cause, "
-            "I unexpected_swings",
+            "I unexpected_swings, B centre",
         ),
         _report(
             "actuator_config",
@@ -79,7 +79,8 @@ REPORTS = {
             "f spring_stiffness_nm_per_rad, I counts_per_rev, B counter_bits, B encoder_reversed, "
             "f knob_inertia_kg_m2, f knob_coulomb_nm, f knob_viscous_nm_s_per_rad, "
             "f motor_time_constant_s, f brake_inertia_kg_m2, f brake_hysteresis_nm, "
-            "f brake_release_time_constant_s",
+            "f brake_release_time_constant_s, "
+            "B encoder_index_pin",
         ),
         _report(
             "control_config",
@@ -242,6 +243,7 @@ ENUMERATORS = {
     "reset_cause": (
         *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),
     ),
+    "centre": ("power_up", "awaits_index", "index"),
     "autonomous": ("off", "on"),
     "enabled": ("off", "on"),
     "prompt": ("off", "on"),

@@ -65,6 +65,9 @@ using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, F
 /// The count of an angle between two counts.
 enum class EncoderRounding : std::uint8_t { floor, nearest };
 
+/// Pulse of an encoder's index: right, never there, two in a turn, or amid sparks.
+enum class IndexPulse : std::uint8_t { works, missing, doubled, noisy };
+
 /// State of a current sensor.
 enum class CurrentSensorState : std::uint8_t { works, dead, stuck, saturated };
 
@@ -84,6 +87,7 @@ enum class InputKind : std::uint8_t {
   missed_ticks,    ///< before the next one (32 bits)
   power_cut,       ///< in the next save, after so many bytes (32 bits)
   counts,          ///< of the encoder, one control tick for each (32 bits each)
+  index,           ///< of the encoder (0 or 1)
 };
 
 /// Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
@@ -172,7 +176,9 @@ struct PlantParams {
   double brake_limit_nm = 0.11;               ///< commands are clipped to it; >= 0
   std::uint32_t counts_per_rev = 8192;        ///< of the encoder; 1 to 16777216
   EncoderRounding encoder_rounding = EncoderRounding::floor;  ///< how the encoder counts
-  double encoder_phase_counts = 0.0;                          ///< where in a count angle 0 lies
+  /// the pulse at the encoder's count 0, for a device with encoder_index_pin
+  IndexPulse encoder_index = IndexPulse::works;
+  double encoder_phase_counts = 0.0;  ///< where in a count angle 0 lies
   double encoder_noise_counts = 0.0;  ///< standard deviation; 0 leaves the noise out; >= 0
   /// part: spring and brake. Without it knob and brake are one rigid body and the brake never
   /// engages. This suits the law motor_only and saves about a third of the plant's time. The parts

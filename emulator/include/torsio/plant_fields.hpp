@@ -18,16 +18,21 @@ struct Names<EncoderRounding> {
 };
 
 template <>
+struct Names<IndexPulse> {
+  static constexpr std::array<std::string_view, 4> values{"works", "missing", "doubled", "noisy"};
+};
+
+template <>
 struct Names<CurrentSensorState> {
   static constexpr std::array<std::string_view, 4> values{"works", "dead", "stuck", "saturated"};
 };
 
 template <>
 struct Names<InputKind> {
-  static constexpr std::array<std::string_view, 14> values{
+  static constexpr std::array<std::string_view, 15> values{
       "stored",       "power",        "connected", "output",         "feature",
       "game_output",  "game_feature", "buttons",   "emergency_stop", "actuator_fault",
-      "power_faults", "missed_ticks", "power_cut", "counts"};
+      "power_faults", "missed_ticks", "power_cut", "counts",         "index"};
 };
 
 template <>
@@ -223,6 +228,8 @@ struct Fields<PlantParams> {
               "of the encoder"),
         field("encoder_rounding", &PlantParams::encoder_rounding, "", -kNoLimit, kNoLimit,
               "how the encoder counts"),
+        field("encoder_index", &PlantParams::encoder_index, "", -kNoLimit, kNoLimit,
+              "the pulse at the encoder's count 0, for a device with encoder_index_pin"),
         field("encoder_phase_counts", &PlantParams::encoder_phase_counts, "", -kNoLimit, kNoLimit,
               "where in a count angle 0 lies"),
         field("encoder_noise_counts", &PlantParams::encoder_noise_counts, "", 0.0, 1e15,

@@ -10,9 +10,9 @@
 namespace torsio::boards::pico {
 
 /// The RP2040's USB controller is helped out of a bus reset by way of GP15 (erratum E5).
-constexpr std::optional<device::PinConflict> find_pin_conflict(
-    const protocol::BoardConfig& config) {
-  return rp2::find_pin_conflict(config, rp2::kPicoPins | 1U << 15);
+constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::BoardConfig& config,
+                                                               std::uint8_t index_pin) {
+  return rp2::find_pin_conflict(config, index_pin, rp2::kPicoPins | 1U << 15);
 }
 
 /// Without floating point a tick has time for one round of the simple current loop, at a tenth of

@@ -9,9 +9,9 @@
 
 namespace torsio::boards::pico2 {
 
-constexpr std::optional<device::PinConflict> find_pin_conflict(
-    const protocol::BoardConfig& config) {
-  return rp2::find_pin_conflict(config, rp2::kPicoPins);
+constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::BoardConfig& config,
+                                                               std::uint8_t index_pin) {
+  return rp2::find_pin_conflict(config, index_pin, rp2::kPicoPins);
 }
 
 /// The current loop runs at the PWM's rate, twice a tick.

@@ -2,6 +2,7 @@
 // Device::tick(); the main loop owns everything else.
 #include <hardware/clocks.h>
 #include <hardware/gpio.h>
+#include <hardware/structs/sio.h>
 #include <hardware/structs/systick.h>
 #include <hardware/sync.h>
 #include <hardware/timer.h>
@@ -76,6 +77,8 @@ device::TickInputs inputs;
 core::EncoderWatch encoder_watch;
 core::LostSteps lost_steps;
 std::uint8_t emergency_stop_pin;
+std::uint32_t index_mask;  // of the encoder's index; 0: it has none
+bool index_level;
 TickClock tick_clock{0, kControlPeriodUs};
 std::uint32_t cycles_to_ns_q16;
 std::atomic<std::uint32_t> ticks_done{0};
@@ -86,6 +89,12 @@ void on_tick() {
   const std::uint32_t start = cycles_left();
   inputs.encoder_count = encoder->read();
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
+  // gpio_get_all() would ask a coprocessor on the RP2350.
+  const bool index = (sio_hw->gpio_in & index_mask) != 0;
+  if (index != index_level) {
+    index_level = index;
+    the_device->see_index(index);
+  }
   inputs.power_faults = power->find_faults();
   if (core::finds_loose_plug(lost_steps, kForgetLostTicks, encoder->take_lost_step())) {
     inputs.power_faults |= protocol::fault::encoder;
@@ -144,6 +153,11 @@ device::BoardInfo board_info() {
 
 void start_control(const protocol::BoardConfig& config, const protocol::ActuatorConfig& actuator) {
   encoder.make(config.encoder_pin);
+  if (actuator.encoder_index_pin != 0) {
+    index_mask = 1U << actuator.encoder_index_pin;
+    gpio_init(actuator.encoder_index_pin);
+    gpio_pull_up(actuator.encoder_index_pin);
+  }
   power.make(config, kBoard.power, actuator.brake_time_constant_s);
   the_device->measure_by(power->logic());
   emergency_stop_pin = config.emergency_stop_pin;

@@ -22,8 +22,10 @@ inline constexpr std::uint8_t kFirstAdcPin = 26;
 
 /// No pin has two jobs. A job that needs its own hardware unit gets one. No pin is one that the
 /// board uses itself.
-/// @param taken pins that the board uses itself, bit n for GPn
+/// @param index_pin of the encoder's index; 0: it has none
+/// @param taken     pins that the board uses itself, bit n for GPn
 constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::BoardConfig& config,
+                                                               std::uint8_t index_pin,
                                                                std::uint32_t taken) {
   using device::PinConflict;
   using protocol::BoardConfig;
@@ -53,6 +55,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
     std::uint8_t field;
   };
   const std::array uses{
+      Use{index_pin, index_pin != 0 ? std::uint8_t{1} : std::uint8_t{0}, protocol::kNoField},
       Use{config.encoder_pin, 2, field_index<BoardConfig>("encoder_pin")},
       Use{config.motor_pin, 2, motor},
       Use{config.brake_pin, 2, brake},

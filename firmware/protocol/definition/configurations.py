@@ -67,6 +67,11 @@ ACTUATOR_CONFIG = _configuration(
         "brake_release_time_constant_s", "s", 0.0, 100.0,
         "the brake's lag while its torque falls; 0: as `brake_time_constant_s`",
     ),
+    whole(
+        "encoder_index_pin", "u8", 0, 29,
+        "GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at the next start",
+        default=0,
+    ),
 )  # fmt: skip
 
 CONTROL_CONFIG = _configuration(

@@ -67,6 +67,14 @@ DIAL_USE = enumeration(
     Value("volume", "a key press for each detent"),
 )
 
+CENTRE = enumeration(
+    "Centre",
+    "Where angle 0 comes from.",
+    Value("power_up", "the knob's place at power-up, or at the last zero; there is no index"),
+    Value("awaits_index", "the same, until a slow turn has passed the index twice"),
+    Value("index", "the encoder's index: a save keeps angle 0 over power cycles"),
+)
+
 # --- what the device says ------------------------------------------------------------------------
 
 STATE = enumeration(

@@ -101,6 +101,7 @@ HEALTH = Structure(
             "swings of the law `calibrated` that lasted in scenes which the configured parts can "
             "render, since the knob was configured",
         ),
+        on_wire(choice("centre", e.CENTRE, "where angle 0 comes from")),
     ),
     id=0x03,
     direction="feature",

@@ -54,7 +54,7 @@ HEALTH = Structure(
             reports.HEALTH,
             *("reports_accepted", "reports_refused", "samples_dropped", "tick_overruns"),
             *("tick_time_ns", "tick_time_max_ns", "saves", "owner", "reset_cause"),
-            "unexpected_swings",
+            *("unexpected_swings", "centre"),
         ),
     ),
 )

@@ -153,6 +153,15 @@ typedef enum torsio_reset_cause {
 } torsio_reset_cause;
 TORSIO_API const char* torsio_reset_cause_name(int32_t value);
 
+/// Where angle 0 comes from.
+typedef enum torsio_centre {
+  TORSIO_CENTRE_POWER_UP =
+      0,  ///< the knob's place at power-up, or at the last zero; there is no index
+  TORSIO_CENTRE_AWAITS_INDEX = 1,  ///< the same, until a slow turn has passed the index twice
+  TORSIO_CENTRE_INDEX = 2,         ///< the encoder's index: a save keeps angle 0 over power cycles
+} torsio_centre;
+TORSIO_API const char* torsio_centre_name(int32_t value);
+
 /// Why the torque went.
 typedef enum torsio_disarm_reason {
   TORSIO_DISARM_REASON_ORDER = 0,     ///< a program called disarm() or stop()
@@ -511,6 +520,9 @@ typedef struct torsio_actuator_config {
   double brake_hysteresis_nm;
   /// the brake's lag while its torque falls; 0: as `brake_time_constant_s`; 0 to 100
   double brake_release_time_constant_s;
+  /// GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at the next
+  /// start; 0 to 29
+  int32_t encoder_index_pin;
 } torsio_actuator_config;
 TORSIO_API torsio_result torsio_actuator_config_init(torsio_actuator_config* structure);
 
@@ -937,6 +949,9 @@ typedef struct torsio_plant_params {
   uint32_t counts_per_rev;
   /// a torsio_encoder_rounding: how the encoder counts; at first floor
   int32_t encoder_rounding;
+  /// a torsio_index_pulse: the pulse at the encoder's count 0, for a device with encoder_index_pin;
+  /// at first works
+  int32_t encoder_index;
   /// where in a count angle 0 lies
   double encoder_phase_counts;
   /// standard deviation; 0 leaves the noise out; >= 0
@@ -1095,6 +1110,8 @@ typedef struct torsio_health {
   /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
   /// since the knob was configured
   uint32_t unexpected_swings;
+  /// a torsio_centre: where angle 0 comes from
+  int32_t centre;
 } torsio_health;
 TORSIO_API torsio_result torsio_health_init(torsio_health* structure);
 

@@ -51,6 +51,9 @@ const char* torsio_game_effect_state_name(std::int32_t value) {
 const char* torsio_reset_cause_name(std::int32_t value) {
   return torsio::c::value_name<torsio::ResetCause>(value);
 }
+const char* torsio_centre_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::Centre>(value);
+}
 const char* torsio_disarm_reason_name(std::int32_t value) {
   return torsio::c::value_name<torsio::DisarmReason>(value);
 }

@@ -194,6 +194,7 @@ inline ActuatorConfig from_c(const torsio_actuator_config& from) {
   to.brake_inertia_kg_m2 = from.brake_inertia_kg_m2;
   to.brake_hysteresis_nm = from.brake_hysteresis_nm;
   to.brake_release_time_constant_s = from.brake_release_time_constant_s;
+  to.encoder_index_pin = from.encoder_index_pin;
   return to;
 }
 inline ControlConfig from_c(const torsio_control_config& from) {
@@ -402,6 +403,7 @@ inline PlantParams from_c(const torsio_plant_params& from) {
   to.brake_limit_nm = from.brake_limit_nm;
   to.counts_per_rev = from.counts_per_rev;
   to.encoder_rounding = choice<EncoderRounding>(from.encoder_rounding, "encoder_rounding");
+  to.encoder_index = choice<IndexPulse>(from.encoder_index, "encoder_index");
   to.encoder_phase_counts = from.encoder_phase_counts;
   to.encoder_noise_counts = from.encoder_noise_counts;
   to.spring_and_brake = flag(from.spring_and_brake);
@@ -621,6 +623,7 @@ inline torsio_actuator_config to_c([[maybe_unused]] const ActuatorConfig& from) 
   to.brake_inertia_kg_m2 = from.brake_inertia_kg_m2;
   to.brake_hysteresis_nm = from.brake_hysteresis_nm;
   to.brake_release_time_constant_s = from.brake_release_time_constant_s;
+  to.encoder_index_pin = from.encoder_index_pin;
   return to;
 }
 inline torsio_control_config to_c([[maybe_unused]] const ControlConfig& from) {
@@ -846,6 +849,7 @@ inline torsio_plant_params to_c([[maybe_unused]] const PlantParams& from) {
   to.brake_limit_nm = from.brake_limit_nm;
   to.counts_per_rev = from.counts_per_rev;
   to.encoder_rounding = static_cast<std::int32_t>(from.encoder_rounding);
+  to.encoder_index = static_cast<std::int32_t>(from.encoder_index);
   to.encoder_phase_counts = from.encoder_phase_counts;
   to.encoder_noise_counts = from.encoder_noise_counts;
   to.spring_and_brake = from.spring_and_brake;
@@ -935,6 +939,7 @@ inline torsio_health to_c([[maybe_unused]] const Health& from) {
   to.owner = static_cast<std::int32_t>(from.owner);
   to.reset_cause = static_cast<std::int32_t>(from.reset_cause);
   to.unexpected_swings = from.unexpected_swings;
+  to.centre = static_cast<std::int32_t>(from.centre);
   return to;
 }
 inline torsio_energies to_c([[maybe_unused]] const Energies& from) {

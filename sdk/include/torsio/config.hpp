@@ -63,6 +63,9 @@ struct ActuatorConfig {
   double brake_hysteresis_nm = 0.0;  ///< half the width of the brake's hysteresis loop; 0 to 100
   /// the brake's lag while its torque falls; 0: as `brake_time_constant_s`; 0 to 100
   double brake_release_time_constant_s = 0.0;
+  /// GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at the next
+  /// start; 0 to 29
+  int encoder_index_pin = 0;
 };
 
 /// How the device controls, and what it does when the host goes silent. Set only while disarmed.

@@ -80,6 +80,10 @@ struct Names<ResetCause> {
       "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"};
 };
 template <>
+struct Names<Centre> {
+  static constexpr std::array<std::string_view, 3> values{"power_up", "awaits_index", "index"};
+};
+template <>
 struct Names<DisarmReason> {
   static constexpr std::array<std::string_view, 10> values{
       "order",   "watchdog",        "deadline_missed",    "fault",    "game_idle", "disconnected",
@@ -373,7 +377,10 @@ struct Fields<ActuatorConfig> {
         field("brake_hysteresis_nm", &ActuatorConfig::brake_hysteresis_nm, "N m", 0.0, 100.0,
               "half the width of the brake's hysteresis loop"),
         field("brake_release_time_constant_s", &ActuatorConfig::brake_release_time_constant_s, "s",
-              0.0, 100.0, "the brake's lag while its torque falls; 0: as `brake_time_constant_s`"));
+              0.0, 100.0, "the brake's lag while its torque falls; 0: as `brake_time_constant_s`"),
+        field("encoder_index_pin", &ActuatorConfig::encoder_index_pin, "", 0.0, 29.0,
+              "GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at "
+              "the next start"));
   }
 };
 template <>
@@ -719,29 +726,31 @@ struct Fields<Health> {
   static constexpr std::string_view name = "Health";
   template <class Visit>
   static constexpr decltype(auto) apply(Visit&& visit) {
-    return visit(field("state", &Health::state, "", -kNoLimit, kNoLimit, "whether it makes torque"),
-                 field("faults", &Health::faults, "", -kNoLimit, kNoLimit,
-                       "names of the latched faults: \"over_speed\", ..."),
-                 field("reports_accepted", &Health::reports_accepted, "", -kNoLimit, kNoLimit,
-                       "that did what they asked"),
-                 field("reports_refused", &Health::reports_refused, "", -kNoLimit, kNoLimit,
-                       "that changed nothing"),
-                 field("samples_dropped", &Health::samples_dropped, "", -kNoLimit, kNoLimit,
-                       "telemetry that the host did not fetch in time"),
-                 field("tick_overruns", &Health::tick_overruns, "", -kNoLimit, kNoLimit,
-                       "ticks that were missed"),
-                 field("tick_time_s", &Health::tick_time_s, "", -kNoLimit, kNoLimit,
-                       "time that the last control tick took"),
-                 field("tick_time_max_s", &Health::tick_time_max_s, "", -kNoLimit, kNoLimit,
-                       "longest tick so far"),
-                 field("saves", &Health::saves, "", -kNoLimit, kNoLimit,
-                       "how often the configuration was saved, ever"),
-                 field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
-                 field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit,
-                       "why the device started"),
-                 field("unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
-                       "swings of the law `calibrated` that lasted in scenes which the configured "
-                       "parts can render, since the knob was configured"));
+    return visit(
+        field("state", &Health::state, "", -kNoLimit, kNoLimit, "whether it makes torque"),
+        field("faults", &Health::faults, "", -kNoLimit, kNoLimit,
+              "names of the latched faults: \"over_speed\", ..."),
+        field("reports_accepted", &Health::reports_accepted, "", -kNoLimit, kNoLimit,
+              "that did what they asked"),
+        field("reports_refused", &Health::reports_refused, "", -kNoLimit, kNoLimit,
+              "that changed nothing"),
+        field("samples_dropped", &Health::samples_dropped, "", -kNoLimit, kNoLimit,
+              "telemetry that the host did not fetch in time"),
+        field("tick_overruns", &Health::tick_overruns, "", -kNoLimit, kNoLimit,
+              "ticks that were missed"),
+        field("tick_time_s", &Health::tick_time_s, "", -kNoLimit, kNoLimit,
+              "time that the last control tick took"),
+        field("tick_time_max_s", &Health::tick_time_max_s, "", -kNoLimit, kNoLimit,
+              "longest tick so far"),
+        field("saves", &Health::saves, "", -kNoLimit, kNoLimit,
+              "how often the configuration was saved, ever"),
+        field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+        field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit,
+              "why the device started"),
+        field("unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
+              "swings of the law `calibrated` that lasted in scenes which the configured parts can "
+              "render, since the knob was configured"),
+        field("centre", &Health::centre, "", -kNoLimit, kNoLimit, "where angle 0 comes from"));
   }
 };
 template <>

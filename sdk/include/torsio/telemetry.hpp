@@ -56,6 +56,13 @@ enum class ResetCause : std::uint8_t {
   stack,       ///< the program needed more stack than there is
 };
 
+/// Where angle 0 comes from.
+enum class Centre : std::uint8_t {
+  power_up,      ///< the knob's place at power-up, or at the last zero; there is no index
+  awaits_index,  ///< the same, until a slow turn has passed the index twice
+  index,         ///< the encoder's index: a save keeps angle 0 over power cycles
+};
+
 /// Why the torque went.
 enum class DisarmReason : std::uint8_t {
   order,               ///< a program called disarm() or stop()
@@ -153,6 +160,7 @@ struct Health {
   /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
   /// since the knob was configured
   std::uint32_t unexpected_swings = 0;
+  Centre centre = Centre::power_up;  ///< where angle 0 comes from
 };
 
 /// Energies that the law `calibrated` has counted since it was chosen. The hand feels the motor's

@@ -180,8 +180,8 @@ TEST_CASE(
   CHECK_FALSE(loads([](Bytes& bytes) { bytes[0] ^= 1; }));                  // the mark "TORS"
   CHECK_FALSE(loads([](Bytes& bytes) { put_u32(bytes, 4, 0x12345678); }));  // another layout
   // Each report begins with its id; a wrong one is none.
-  CHECK_FALSE(loads([](Bytes& bytes) { bytes[16] ^= 1; }));
-  const auto never = [](const BoardConfig&) {
+  CHECK_FALSE(loads([](Bytes& bytes) { bytes[20] ^= 1; }));
+  const auto never = [](const BoardConfig&, std::uint8_t) {
     return std::optional<torsio::device::PinConflict>(torsio::device::PinConflict{});
   };
   CHECK_FALSE(loads([](Bytes&) {}, never));

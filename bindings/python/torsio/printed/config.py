@@ -89,6 +89,9 @@ class ActuatorConfig(checks.ByName):
         Half the width of the brake's hysteresis loop; 0 to 100.
     brake_release_time_constant_s
         The brake's lag while its torque falls; 0: as `brake_time_constant_s`; 0 to 100.
+    encoder_index_pin
+        GPIO of the encoder's index, one pulse a turn; 0: none. Save it: it takes effect at the next
+        start; 0 to 29.
     """
 
     _: KW_ONLY
@@ -108,6 +111,7 @@ class ActuatorConfig(checks.ByName):
     brake_inertia_kg_m2: float = 4e-05
     brake_hysteresis_nm: float = 0.0
     brake_release_time_constant_s: float = 0.0
+    encoder_index_pin: int = 0
 
 
 @dataclass(frozen=True)

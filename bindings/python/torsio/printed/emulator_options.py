@@ -157,5 +157,6 @@ class DeviceInput:
         "missed_ticks",
         "power_cut",
         "counts",
+        "index",
     ]
     bytes: bytes

@@ -238,6 +238,8 @@ class PlantParams(PlantMethods):
         Of the encoder; 1 to 16777216.
     encoder_rounding
         How the encoder counts.
+    encoder_index
+        The pulse at the encoder's count 0, for a device with encoder_index_pin.
     encoder_phase_counts
         Where in a count angle 0 lies.
     encoder_noise_counts
@@ -273,6 +275,7 @@ class PlantParams(PlantMethods):
     brake_limit_nm: float = 0.11
     counts_per_rev: int = 8192
     encoder_rounding: Literal["floor", "nearest"] = "floor"
+    encoder_index: Literal["works", "missing", "doubled", "noisy"] = "works"
     encoder_phase_counts: float = 0.0
     encoder_noise_counts: float = 0.0
     spring_and_brake: bool = True

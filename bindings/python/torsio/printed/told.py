@@ -165,6 +165,8 @@ class Health:
     unexpected_swings
         Swings of the law `calibrated` that lasted in scenes which the configured parts can render,
         since the knob was configured.
+    centre
+        Where angle 0 comes from.
     """
 
     state: Literal["disarmed", "armed", "fault", "disconnected"]
@@ -181,6 +183,7 @@ class Health:
         "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"
     ]
     unexpected_swings: int
+    centre: Literal["power_up", "awaits_index", "index"]
 
 
 @dataclass(frozen=True)

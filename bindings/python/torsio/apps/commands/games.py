@@ -24,7 +24,7 @@ from torsio.apps.commands.shared import (
     print_json,
     value_text,
 )
-from torsio.common.screen import err, out
+from torsio.common.screen import err, line, out
 from torsio.common.whole_file import keep_text, text_of, user_folder
 from torsio.errors import InvalidArgument, Refused
 from torsio.games import GameMonitor, GameReading
@@ -167,6 +167,8 @@ def games_command(
         if as_json:
             print_json(as_dict(measure(knob)))
         else:
+            if knob.health().centre == "awaits_index":
+                line(out, "middle   not found yet: turn the knob slowly, two turns")
             show(knob, out, seconds=seconds)
 
 

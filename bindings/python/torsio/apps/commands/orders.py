@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import Annotated
 
 import typer
 
@@ -50,9 +51,24 @@ def stop_command(device: Device = "") -> None:
         pass
 
 
-def zero_command(device: Device = "") -> None:
+def _keep_centre(knob: torsio.Knob) -> None:
+    if knob.health().centre != "index":
+        raise torsio.Refused(
+            "the knob has not found its encoder's index: set encoder_index_pin, start it anew, and "
+            "turn it slowly, two turns"
+        )
+    knob.zero()
+    knob.save()
+
+
+def zero_command(
+    device: Device = "",
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Over power cycles too, by the encoder's index.")
+    ] = False,
+) -> None:
     """Make the knob's present angle zero."""
-    with opened(device, out, order=torsio.Knob.zero):
+    with opened(device, out, order=_keep_centre if keep else torsio.Knob.zero):
         pass
 
 
