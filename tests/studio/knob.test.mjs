@@ -11,6 +11,15 @@ const NAMES = Object.fromEntries(Object.entries(REPORTS).map(([name, { id }]) =>
 const AT_FINGERPRINT = 1;
 const gone = new Error("unplugged");
 
+/** Node 18 takes a list, later ones an object. */
+function stopIntervals() {
+  try {
+    mock.timers.enable({ apis: ["setInterval"] });
+  } catch {
+    mock.timers.enable(["setInterval"]);
+  }
+}
+
 /** A device that answers as one should, but for the features in `lies`. */
 class Device {
   title = "liar";
@@ -94,7 +103,7 @@ test("reports that cannot be are named, with what to try", async () => {
 });
 
 test("a device that is silent from the beginning is not waited for for ever", async () => {
-  mock.timers.enable({ apis: ["setInterval"] });
+  stopIntervals();
   const words = refusal({ clock: new Promise(() => {}) });
   for (let i = 0; i < 50; ++i) await Promise.resolve();
   await new Promise((resolve) => setImmediate(resolve));
@@ -118,7 +127,7 @@ test("a page that stood still itself does not complain of an answer that is ther
 });
 
 test("damage and silence are told while they last, and samples go on", async () => {
-  mock.timers.enable({ apis: ["setInterval"] });
+  stopIntervals();
   const device = new Device();
   const knob = await Knob.open(device);
   const said = [], rows = [];
@@ -150,7 +159,7 @@ test("damage and silence are told while they last, and samples go on", async () 
 const settled = () => new Promise((resolve) => setImmediate(resolve));
 
 test("disarming waits for nothing, and keeps the device's watchdog awake no longer", async () => {
-  mock.timers.enable({ apis: ["setInterval"] });
+  stopIntervals();
   const device = new Device({ health: encode("health", { state: "armed", owner: "sdk" }) });
   device.held = { state: "armed", owner: "sdk" };
   const knob = await Knob.open(device);
