@@ -1,7 +1,7 @@
 // The page's words for a device that lies, speaks another protocol, or is silent.
 
 import assert from "node:assert/strict";
-import { mock, test } from "node:test";
+import { test } from "node:test";
 
 import { decode, encode } from "../../build/studio/modules/codec.js";
 import { Knob } from "../../build/studio/modules/knob.js";
@@ -11,14 +11,32 @@ const NAMES = Object.fromEntries(Object.entries(REPORTS).map(([name, { id }]) =>
 const AT_FINGERPRINT = 1;
 const gone = new Error("unplugged");
 
-/** Node 18 takes a list, later ones an object. */
-function stopIntervals() {
-  try {
-    mock.timers.enable({ apis: ["setInterval"] });
-  } catch {
-    mock.timers.enable(["setInterval"]);
-  }
-}
+/** Intervals that run when a test says so, on any Node: `tick` lets time pass, `reset` gives the real ones back. */
+const timers = {
+  enable() {
+    this.real ??= { setInterval, clearInterval };
+    this.now = 0;
+    this.running = new Set();
+    globalThis.setInterval = (call, every) => {
+      const one = { call, every, due: this.now + every };
+      this.running.add(one);
+      return one;
+    };
+    globalThis.clearInterval = (one) => this.running.delete(one) || this.real.clearInterval(one);
+  },
+  tick(ms) {
+    for (const end = this.now + ms; this.now < end; ) {
+      this.now = Math.min(end, ...[...this.running].map((one) => one.due));
+      for (const one of [...this.running].filter((one) => one.due <= this.now)) {
+        one.due += one.every;
+        one.call();
+      }
+    }
+  },
+  reset() {
+    Object.assign(globalThis, this.real);
+  },
+};
 
 /** A device that answers as one should, but for the features in `lies`. */
 class Device {
@@ -103,13 +121,13 @@ test("reports that cannot be are named, with what to try", async () => {
 });
 
 test("a device that is silent from the beginning is not waited for for ever", async () => {
-  stopIntervals();
+  timers.enable();
   const words = refusal({ clock: new Promise(() => {}) });
   for (let i = 0; i < 50; ++i) await Promise.resolve();
   await new Promise((resolve) => setImmediate(resolve));
-  mock.timers.tick(5000);
+  timers.tick(5000);
   assert.match(await words, /did not give its clock report within 5 s: try another cable/);
-  mock.timers.reset();
+  timers.reset();
 });
 
 test("a page that stood still itself does not complain of an answer that is there", async () => {
@@ -127,7 +145,7 @@ test("a page that stood still itself does not complain of an answer that is ther
 });
 
 test("damage and silence are told while they last, and samples go on", async () => {
-  stopIntervals();
+  timers.enable();
   const device = new Device();
   const knob = await Knob.open(device);
   const said = [], rows = [];
@@ -136,7 +154,7 @@ test("damage and silence are told while they last, and samples go on", async () 
   const second = async (...reports) => {
     if (reports.length) device.say(...reports);
     await new Promise((resolve) => setImmediate(resolve));
-    mock.timers.tick(1000);
+    timers.tick(1000);
   };
   const sample = (tick) => encode("telemetry", { axis_samples: 16, decimation: 2, tick });
   await second(sample(2n));
@@ -151,7 +169,7 @@ test("damage and silence are told while they last, and samples go on", async () 
   await second(sample(8n));
   assert.equal(said.at(-1), undefined);
   assert.equal(said.length, 4);
-  mock.timers.reset();
+  timers.reset();
   await knob.close();
 });
 
@@ -159,7 +177,7 @@ test("damage and silence are told while they last, and samples go on", async () 
 const settled = () => new Promise((resolve) => setImmediate(resolve));
 
 test("disarming waits for nothing, and keeps the device's watchdog awake no longer", async () => {
-  stopIntervals();
+  timers.enable();
   const device = new Device({ health: encode("health", { state: "armed", owner: "sdk" }) });
   device.held = { state: "armed", owner: "sdk" };
   const knob = await Knob.open(device);
@@ -176,7 +194,7 @@ test("disarming waits for nothing, and keeps the device's watchdog awake no long
   answer(encode("acknowledgement", { state: "armed", owner: "sdk", sequence: 999 }));
   for (let i = 0; i < 6; ++i) {
     await settled();
-    mock.timers.tick(1000);
+    timers.tick(1000);
   }
   await Promise.all([scene, arm, disarmed]);
   // No sign of life, and no late arm behind it.
@@ -184,7 +202,7 @@ test("disarming waits for nothing, and keeps the device's watchdog awake no long
   device.say = answer;
   await knob.arm();
   assert.deepEqual(device.ops.slice(0, 3), ["disarm", "arm", "keep_alive"]);
-  mock.timers.reset();
+  timers.reset();
   await knob.close();
 });
 
