@@ -26,7 +26,7 @@ TEST_CASE("a configuration is dumped with all its fields, as JSON") {
   knob.update([](BoardConfig& config) { config.motor_resistance_ohm = 1e3; });
   const json found = json::parse(dump_config(knob));
   CHECK(found.size() == 6);
-  CHECK(found.at("actuator_config").size() == 16);
+  CHECK(found.at("actuator_config").size() == 17);
   CHECK(found.at("control_config").size() == 12);
   CHECK(found.at("board_config").size() == 26);
   CHECK(found.at("actuator_config").at("counts_per_rev").is_number_integer());

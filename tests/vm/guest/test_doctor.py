@@ -20,7 +20,7 @@ from torsio.apps.doctor import linux as doctor_linux
 pytestmark = pytest.mark.kernel("6.12")
 
 # A busy host makes these worse now and then, and is no fault of the knob.
-ALWAYS = {"firmware", "state", "start", "parts"}
+ALWAYS = {"firmware", "state", "start", "parts", "beliefs"}
 TIMED = {"clock", "round_trip", "losses", "ticks"}
 USBHID = Path("/sys/bus/usb/drivers/usbhid")
 HID_GENERIC = Path("/sys/bus/hid/drivers/hid-generic")
