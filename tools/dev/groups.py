@@ -6,10 +6,15 @@ files tells; it is kept in ``build/tests``.
 
 from __future__ import annotations
 
+import hashlib
 import itertools
+import shutil
+import subprocess
+import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -50,6 +55,18 @@ _BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md")
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
 
+@cache
+def _tools() -> str:
+    """Return the versions of what an upgrade of the system changes."""
+    found = [sys.version]
+    for program in ("c++", "arm-none-eabi-g++", "node", "qemu-system-x86_64"):
+        if shutil.which(program):
+            found.append(
+                subprocess.run([program, "--version"], capture_output=True).stdout.decode()
+            )
+    return "\n".join(found)
+
+
 @dataclass(frozen=True)
 class Group:
     """Tests that need the same.
@@ -83,8 +100,8 @@ class Group:
         return (*self.covers, *self.tests)
 
     def digest(self) -> str:
-        """Return a checksum of all that the group covers."""
-        return building.digest(self.all)
+        """Return a checksum of all that the group covers, and of the tools for it."""
+        return hashlib.sha256((building.digest(self.all) + _tools()).encode()).hexdigest()
 
     def has(self, test: str) -> bool:
         """Tell whether a test is in it, given as a path or as pytest's node id."""
