@@ -114,7 +114,7 @@ def build(log: Path) -> Path:
 
     switch = ("-include", str(lists.HERE / "switch.hpp"), f"-I{tree / 'firmware'}")
     for name in compiling:
-        if name.startswith(FOLDERS) and Path(name).stem in SOURCES and "/game/" not in name:
+        if name.startswith(FOLDERS) and Path(name).stem in SOURCES and not LEFT_OUT.search(name):
             mutated = tree / name if name in of_file else TREE / name
             compile_one(name, mutated, *switch)
     # doctest's main program gives way to the runner.
@@ -151,7 +151,7 @@ def chosen(mutants: Sequence[Mutant]) -> list[Mutant]:
         mutant
         for mutant in mutants
         if mutant.file.startswith("firmware/device/")
-        and "/game/" not in mutant.file
+        and not LEFT_OUT.search(mutant.file)
         and (Path(mutant.file).suffix == ".hpp" or Path(mutant.file).stem in SOURCES)
         and not mutant.equivalent
         and mutant.key not in ELSEWHERE

@@ -117,7 +117,7 @@ TEST_CASE("a pulse that is left where it was entered, or passed fast, has no pla
   CHECK_FALSE(watch_disc(0, 80, 1, {2100, 2040, 2100, 2040, 2100}).seen);
   CHECK_FALSE(watch_disc(0, 80, 4, {1900, 5900}).seen);
   CHECK_FALSE(watch_disc(0, 80, 4, {5900, 1900}).seen);
-  // One that is passed to and fro is not two a turn apart.
+  // A pulse passed to and fro is not two a turn apart.
   CHECK_FALSE(watch_disc(0, 80, 1, {1900, 2100, 1900, 2100}).found);
   for (const int fast : {1, 2}) {
     torsio::device::IndexWatch watch;
