@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <initializer_list>
 #include <limits>
+#include <utility>
 
 #include "core/controller.hpp"
 #include "core/stiffness_bound.hpp"
@@ -263,6 +264,29 @@ TEST_CASE("swings that are wide and narrow by turns last, too") {
     bench.swing(25, -1);
   }
   CHECK(bench.state.share < 0.1F);
+
+  Bench by_turns;
+  for (int n = 0; n < 6; ++n) {
+    by_turns.swing(30, 1);
+    by_turns.swing(20, -1);
+  }
+  CHECK(by_turns.state.share < 0.3F);
+}
+
+TEST_CASE("a swing that got smaller once and lasts then is seen at the third") {
+  for (const auto& [first, later] : {std::pair{30, 24}, std::pair{4, 3}}) {
+    Bench bench;
+    bench.swing(first, 1);
+    for (int n = 0; n < 4; ++n) bench.swing(later, n % 2 == 0 ? -1 : 1);
+    CHECK(bench.state.share < 1.0F);
+  }
+}
+
+TEST_CASE("a knob that rests after a swing is not touched, though its encoder flickers") {
+  Bench bench;
+  for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
+  for (int n = 0; n < 60; ++n) bench.step(0.0, n % 2 == 0 ? 1 : -1);
+  CHECK(bench.state.share < 0.5F);
 }
 
 TEST_CASE("a knob that rested between two counts is not moved by a hand when it leaves them") {
