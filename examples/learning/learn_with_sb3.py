@@ -1,6 +1,6 @@
 """Learn to find a detent with Stable-Baselines3, whose PPO sees many knobs at once.
 
-It needs ``pip install 'torsio[gym]' stable-baselines3``. STEPS may follow its name.
+It needs ``pip install '.[gym]' stable-baselines3``. STEPS may follow its name.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The cross-entropy method on a policy of 14 numbers: each of many candidates renders walls of several
 stiffnesses on emulated knobs of its own, all of them stepped together in Gymnasium's vector
-environment, and the best draw the next. Gymnasium comes with ``pip install 'torsio[gym]'``.
+environment, and the best draw the next. Gymnasium comes with ``pip install '.[gym]'``.
 
     learn_a_wall.py [GENERATIONS]       30 learn it, in some four seconds of processor time
 """

@@ -103,7 +103,7 @@ void TelemetryStream::stop() {
 
 TelemetrySample TelemetryStream::latest() {
   if (decimation_ == 0) {
-    throw Error("no telemetry runs: call start_telemetry() with prompt first");
+    throw Error("no telemetry runs: call start_telemetry() first");
   }
   if (const auto sample = session_.latest(command_timeout_ns_)) return *sample;
   throw Timeout("no telemetry came; does another program use the device?");

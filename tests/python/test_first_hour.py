@@ -184,8 +184,18 @@ def test_recording_is_short_in_words_and_a_picture_in_notebooks(tmp_path: Path) 
     recorded.save(table, separator=";", decimal=",")
     last = table.read_text().splitlines()[-1].replace(",", ".").split(";")
     assert [float(cell) for cell in last] == pytest.approx(list(map(float, log[-1].tolist())))
-    with pytest.raises(torsio.InvalidArgument, match="separator and decimal are ',' and ','"):
-        recorded.save(table, decimal=",")
+    for wrong in ({"decimal": ","}, {"separator": "5"}, {"separator": ";;"}, {"decimal": "x"}):
+        with pytest.raises(torsio.InvalidArgument, match=r"separator and decimal are .*; allowed"):
+            recorded.save(table, **wrong)
+
+
+def test_what_is_no_knob_or_no_scene_is_told_with_what_to_write() -> None:
+    with pytest.raises(TypeError, match=r"opened by torsio.open\(\)"):
+        torsio.Knob(1)  # type: ignore[arg-type]
+    with torsio.open("emulated") as knob:
+        for wrong in ("wall", b"x"):
+            with pytest.raises(TypeError, match=r"not an effect: .*; give one as torsio.Wall"):
+                knob.play(wrong)  # type: ignore[arg-type]
 
 
 def _svg_points(shown: str) -> list[tuple[float, float]]:

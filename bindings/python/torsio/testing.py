@@ -52,6 +52,7 @@ def felt_nm(log: Record) -> Floats:
     InvalidArgument
         If it is no such record.
     """
+    __tracebackhide__ = True
     names = getattr(getattr(log, "dtype", None), "names", None) or ()
     for motor in ("motor_torque_nm", "motor_command_nm"):
         if motor in names and "spring_torque_nm" in names:

@@ -51,7 +51,10 @@ def how_to_install(extra: str) -> str:
     if folder := source_folder():
         return f"pip install {_QUOTE}{folder}[{extra}]{_QUOTE}"
     # Without the source tree: the packages of the extra, by name.
-    return " ".join(["pip install", *(f"{_QUOTE}{one}{_QUOTE}" for one in _requirements(extra))])
+    names = [f"{_QUOTE}{one}{_QUOTE}" for one in _requirements(extra)]
+    if not names:
+        return f"install what the extra {extra!r} of its pyproject.toml lists"
+    return " ".join(["pip install", *names])
 
 
 def lacking(what: str, extra: str, error: ModuleNotFoundError) -> str:

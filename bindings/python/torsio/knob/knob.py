@@ -58,8 +58,9 @@ class Knob(ConfigQuestions):
     def __init__(
         self, knob: _torsio.Knob, *, logs_inputs: bool = False, time_waits: bool = False
     ) -> None:
-        if isinstance(knob, str):
-            raise TypeError(f"a knob is opened by torsio.open({checks.show(knob)})")
+        if not hasattr(knob, "info"):
+            named = checks.show(knob) if isinstance(knob, str) else ""
+            raise TypeError(f"a knob is opened by torsio.open({named})")
         self._knob = knob
         self._path: str = knob.info()["path"]
         self._recording = KnobRecording(knob, logs_inputs=logs_inputs, time_waits=time_waits)
@@ -260,6 +261,8 @@ class Knob(ConfigQuestions):
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
         """
+        if isinstance(scene, str | bytes):
+            raise TypeError(f"not an effect: {checks.show(scene)}; give one as torsio.Wall(...)")
         if isinstance(scene, Iterable) and not isinstance(scene, Sized):
             # It may have no end: one effect too many is enough to refuse it.
             scene = list(islice(scene, _MAX_EFFECTS + 1))

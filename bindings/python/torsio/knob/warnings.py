@@ -19,7 +19,7 @@ _ROUND_RAD = {"pitch_rad": 1.0}
 _TORQUES = ("torque_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
 _BOTH_WAYS = (Detents, Friction, Texture)
 # Torque of a knob with plausible parts.
-_GIVEN_BY_ANY_NM = 0.05
+_GIVEN_BY_ANY_NM = 0.01
 _ROUNDING = 1.0 + 1e-6
 
 

@@ -101,7 +101,8 @@ class Recorded:
         Parameters
         ----------
         separator, decimal
-            Of CSV; spreadsheets of many countries read ``";"`` and ``","``.
+            Of CSV; spreadsheets of many countries read ``";"`` and ``","``. A separator is one of
+            ``, ; |``, a tab or a blank.
 
         Raises
         ------
@@ -112,8 +113,11 @@ class Recorded:
         """
         ending = Path(path).suffix
         if ending == ".csv":
-            if not separator or separator == decimal:
-                raise InvalidArgument(f"separator and decimal are {separator!r} and {decimal!r}")
+            if decimal not in (".", ",") or separator == decimal or separator not in _SEPARATORS:
+                raise InvalidArgument(
+                    f"separator and decimal are {separator!r} and {decimal!r}; allowed are one of "
+                    f"{', '.join(map(repr, _SEPARATORS))}, and another one of '.' and ','"
+                )
             columns = (self.telemetry[name].astype(object) for name in COLUMNS)
             rows = np.column_stack([[str(v).replace(".", decimal) for v in of] for of in columns])
             header = separator.join(COLUMNS)
@@ -132,6 +136,7 @@ class Recorded:
             raise Error(f"{str(path)!r} ends in neither .csv nor .parquet")
 
 
+_SEPARATORS: Final = (",", ";", "\t", "|", " ")
 _READ: Final[dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]]] = {
     "telemetry": lambda row, _: tuple(row[name] for name in COLUMNS),
     "energies": lambda row, _: Energies(**{name: row[name] for name in ENERGIES}),

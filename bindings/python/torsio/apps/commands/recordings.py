@@ -47,6 +47,8 @@ def record_command(
 
     Whatever happens, the file is whole up to the last second. The knob is not armed.
     """
+    if file.suffix != ".mcap":
+        raise typer.BadParameter(f"{str(file)!r} does not end in .mcap", param_hint="FILE")
     paced = not selects_emulated(choose(device)) or duration_s is None
     with opened(device, err, torsio.EmulatorOptions(paced=paced, log_inputs=True)) as knob:
         recording = knob.record_to(file)
