@@ -27,10 +27,9 @@ struct BrakeSideParams {
 };
 
 /// @param inertia_kg_m2 >= 0; 0 is none
-/// @param friction_nm   dry friction of the knob. The motor takes up at most one and a half times
-/// as
-///                      much of the inertia's torque. A swing that lives on a wrong guess costs the
-///                      trust (stiffness_bound.hpp), and friction stops it
+/// @param friction_nm   dry friction of the knob. The motor takes up at most 1.5 times as much of
+///                      the inertia's torque. A swing that lives on a wrong guess costs the trust
+///                      (stiffness_bound.hpp), and friction stops it
 constexpr BrakeSideParams make_brake_side_params(float inertia_kg_m2, float stiffness_nm_per_rad,
                                                  float period_s, float friction_nm) {
   const float ratio = inertia_kg_m2 / (stiffness_nm_per_rad * period_s * period_s);

@@ -123,9 +123,9 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
-/// A hand moves the knob: the bound begins anew, and the trust if no swing of the knob's is as
-/// slow.
-/// @returns whether one does
+/// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
+/// knob's own is as slow.
+/// @returns whether it was a hand's
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, 1.0F);
@@ -198,9 +198,11 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   state.fading = 0;
   if (width > state.widest_counts) state.widest_counts = width;
   if (++state.swings < 2) return;
-  // A push may make the first ones.
-  if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
-  if (!by_hand) set_share(state, larger(0.6F * state.share, state.params.least_share));
+  if (!by_hand) {
+    // A push may make the first ones.
+    if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
+    set_share(state, larger(0.6F * state.share, state.params.least_share));
+  }
   state.trust = larger(0.6F * state.trust, state.params.least_share);
 }
 

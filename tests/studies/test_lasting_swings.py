@@ -9,11 +9,13 @@ import itertools
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from torsio import ControlConfig, ImpedanceHand, PlantParams, ShaftConfig, Spring, TorqueHand, Wall
-from torsio.closed_loop import LoopOptions
-from torsio.printed.hands import Hand
+from torsio.closed_loop import ClosedLoop, LoopOptions
+from torsio.perception import TORQUE_JND_NM
+from torsio.printed.hands import Hand, PrescribedMotion
 from torsio.printed.plant import BrakeHysteresis, ShaftHardening
 from torsio.printed.scenes import Effect
 from torsio_studies.falsify.cases import SPACE, batches, options_of
@@ -155,6 +157,21 @@ def test_knob_that_rests_in_a_stiff_wall_is_silent(counts: int) -> None:
         )
     ]
     assert max(motion.loud_nm for motion in measure(held)) < QUIET_NM
+
+
+def test_hand_that_shakes_the_knob_in_a_wall_loses_half_a_jnd_at_most() -> None:
+    """Its turns are as quick as swings of the sensor's, so they cost the trust."""
+    times_s = np.arange(0.0, 2.0, 2e-3)
+    angles_rad = 0.015 - 0.03 * np.cos(2.0 * math.pi * 5.0 * times_s)
+    wall = Wall(angle_rad=AT_RAD, stiffness_nm_per_rad=1.7)
+    hand = PrescribedMotion(angle_rad=np.column_stack([times_s, AT_RAD + angles_rad]))
+    rows = ClosedLoop(loop(wall, hand)).run(duration_s=1.9)
+    missed_nm = rows["motor_torque_nm"] + rows["spring_torque_nm"] - rows["desired_torque_nm"]
+    period = 4000
+    first_nm, last_nm = (
+        np.sqrt(np.mean(of**2)) for of in (missed_nm[:period], missed_nm[-period:])
+    )
+    assert first_nm < last_nm < 0.5 * TORQUE_JND_NM
 
 
 # Numbers of searches, and where they ended: the values of `SPACE` in their order.

@@ -253,6 +253,7 @@ TEST_CASE("a swing that is too slow to buzz costs the trust, and leaves the boun
   }
   CHECK(bench.state.share == 1.0F);
   CHECK(bench.state.trust < 0.3F);
+  CHECK(bench.state.unexpected_swings == 0);  // a hand may shake the knob
 }
 
 TEST_CASE("swings that are wide and narrow by turns last, too") {
