@@ -263,8 +263,11 @@ def test_local_model_is_streamed_to_an_armed_knob_only(
 
 
 def test_unplugged_knob_says_so_and_closed_one_too(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
-    good(lib, lib.torsio_emulator_unplug(knob))
-    assert lib.torsio_knob_arm(knob) == N["TORSIO_DISCONNECTED"]
+    good(lib, lib.torsio_emulator_unplug(knob, ctypes.c_double(0.05)))
+    good(lib, lib.torsio_emulator_advance(knob, ctypes.c_double(0.04)))
+    good(lib, lib.torsio_knob_arm(knob))
+    late = lib.torsio_emulator_advance(knob, ctypes.c_double(0.02))
+    assert (late, lib.torsio_knob_arm(knob)) == (N["TORSIO_DISCONNECTED"],) * 2
     lib.torsio_knob_close(knob)
     assert not lib.torsio_knob_is_open(knob)
     assert lib.torsio_knob_arm(knob) == N["TORSIO_CLOSED"]

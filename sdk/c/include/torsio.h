@@ -248,7 +248,8 @@ TORSIO_API torsio_result torsio_emulator_truth(torsio_knob* knob, torsio_truth_s
 TORSIO_API torsio_result torsio_emulator_electrics(torsio_knob* knob,
                                                    torsio_electrics_state* state);
 /// Pulls the plug. As with hardware the knob must be opened again.
-TORSIO_API torsio_result torsio_emulator_unplug(torsio_knob* knob);
+/// @param after_s of the knob's time from now on, to the millisecond; 0 is at once
+TORSIO_API torsio_result torsio_emulator_unplug(torsio_knob* knob, double after_s);
 TORSIO_API torsio_result torsio_emulator_set_emergency_stop(torsio_knob* knob, bool pressed);
 TORSIO_API torsio_result torsio_emulator_set_actuator_fault(torsio_knob* knob, bool present);
 /// State of the current sensor from now on, a torsio_current_sensor_state. TORSIO_ERROR unless the

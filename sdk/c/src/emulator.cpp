@@ -88,8 +88,8 @@ torsio_result torsio_emulator_set_supply(torsio_knob* knob, double supply_v) {
   return guarded([&] { emulator_of(knob).set_supply(supply_v); });
 }
 
-torsio_result torsio_emulator_unplug(torsio_knob* knob) {
-  return guarded([&] { emulator_of(knob).unplug(); });
+torsio_result torsio_emulator_unplug(torsio_knob* knob, double after_s) {
+  return guarded([&] { emulator_of(knob).unplug(after_s); });
 }
 
 torsio_result torsio_emulator_set_emergency_stop(torsio_knob* knob, bool pressed) {
