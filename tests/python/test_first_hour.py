@@ -41,6 +41,52 @@ def test_record_without_arm_names_it() -> None:
         knob.record(0.01)  # on purpose
 
 
+def _break_off(knob: torsio.Knob) -> None:
+    for _ in knob.telemetry():
+        break
+
+
+def _stream(knob: torsio.Knob) -> None:
+    knob.start_telemetry()
+    knob.sleep(0.01)
+    knob.stop_telemetry()
+
+
+READINGS: list[Callable[[torsio.Knob, Path], object]] = [
+    lambda knob, file: knob.record_to(file).close(),
+    lambda knob, file: list(knob.telemetry(0.01)),
+    lambda knob, file: _break_off(knob),
+    lambda knob, file: _stream(knob),
+    lambda knob, file: knob.record(0.01),
+]
+
+
+@pytest.mark.parametrize("read", READINGS)
+def test_every_reading_of_a_scene_that_was_never_armed_names_arm_once(
+    tmp_path: Path, read: Callable[[torsio.Knob, Path], object]
+) -> None:
+    file = tmp_path / "a.mcap"
+    with torsio.open("emulated", emulator=HAND) as knob:
+        read(knob, file)  # nothing plays: who looks on needs no torque
+        knob.play(WALL)
+        with pytest.warns(torsio.DisarmedWarning, match=r"nothing was felt: call arm\(\)") as told:
+            read(knob, file)
+        assert [warning.filename for warning in told] == [__file__]
+        read(knob, file)  # it was said
+        knob.play(WALL)
+        knob.arm()
+        knob.disarm()
+        read(knob, file)  # on purpose
+
+
+def test_reading_that_an_error_ends_tells_of_that_error_alone(tmp_path: Path) -> None:
+    with torsio.open("emulated", emulator=HAND) as knob:
+        recording = knob.record_to(tmp_path / "a.mcap")
+        knob.play(WALL)
+        with pytest.raises(ZeroDivisionError), recording:
+            raise ZeroDivisionError
+
+
 def test_call_that_is_wrong_says_how_it_is_right() -> None:
     made: Any = torsio  # type checkers say it too
     calls: list[tuple[Callable[[], object], str]] = [

@@ -206,7 +206,7 @@ class Knob(ConfigQuestions):
     def _arm(self) -> None:
         self._recording.note("arm")  # before the torque: it may raise
         self._knob.arm()
-        self._telemetry.awaits_arm = False
+        self._recording.awaits_arm = False
 
     def _is_held_low(self) -> bool:
         return moves_parts(self.info.board) and self.limits().held_low
@@ -268,7 +268,7 @@ class Knob(ConfigQuestions):
             scene = list(islice(scene, _MAX_EFFECTS + 1))
         effects = list(scene) if isinstance(scene, Iterable) else [scene]
         swings = self._knob.play(scene)
-        self._telemetry.awaits_arm = bool(effects) and self.state == "disarmed"
+        self._recording.awaits_arm = bool(effects) and self.state == "disarmed"
         self._recording.note("play", scene=effects)
         if swings:
             warnings.warn(StiffnessWarning(swings), stacklevel=2)
@@ -389,7 +389,7 @@ class Knob(ConfigQuestions):
         Telemetry is started if it does not run. Samples are written as the program reads them.
         When it sleeps, or the recording ends, unread samples are written too and cannot be read
         any more. The file also gets every order, and first the scene that plays, if it was played
-        here.
+        here. Its end gives a `DisarmedWarning` if a scene was played and never armed.
 
         Parameters
         ----------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -15,6 +16,7 @@ from typing import Any
 from torsio import _torsio
 from torsio.common.notebook import Telemetry
 from torsio.errors import Error
+from torsio.knob import warnings as knob_warnings
 from torsio.printed.told import DeviceInfo, Energies
 from torsio.protocol import fingerprint
 from torsio.recordings.file import RecordingFile
@@ -51,12 +53,19 @@ class _DeviceClock:
 
 
 class KnobRecording:
-    """The file that an open knob's methods write to; nothing without a recording."""
+    """The file that an open knob's methods write to; nothing without a recording.
+
+    Attributes
+    ----------
+    awaits_arm
+        A scene was played, and `arm` was not called since.
+    """
 
     def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool, time_waits: bool) -> None:
         self._knob = knob
         self._time_waits = time_waits
         self._logs_inputs = logs_inputs
+        self.awaits_arm = False
         self._file: RecordingFile | None = None
         self._tap: _torsio.ReportTap | None = None
         self._asked_s = -math.inf
@@ -96,6 +105,7 @@ class KnobRecording:
             lost: int = self._knob.statistics()["samples_lost"]
             self._asked_s = -math.inf
             self._early, self._early_ticks = None, (0, 0)
+            self._disarm_before = self._knob.last_disarm()
             self._clock = _DeviceClock(self._knob)
             try:
                 self._tap = tap
@@ -114,6 +124,17 @@ class KnobRecording:
         """Write down what was asked of the knob."""
         if self._file is not None:
             self._file.note(kind, **values)
+
+    def warn_if_never_armed(self) -> None:
+        """Say so, once for each scene, when a reading has come to its end or was left early.
+
+        Who records no scene, or has armed it before, watches a knob without torque on purpose.
+        """
+        if not self.awaits_arm or sys.exc_info()[0] not in (None, GeneratorExit):
+            return
+        if self._knob.is_open and self._knob.state == "disarmed":
+            self.awaits_arm = False
+            knob_warnings.warn(knob_warnings.never_armed())
 
     def read(self, max_samples: int, timeout_s: float) -> Telemetry:
         """Take samples out of the knob, for the program and for the file.
@@ -236,6 +257,8 @@ class KnobRecording:
             self._keep_reports()
         finally:
             self._tap = None  # or it keeps every report from now on
+        if self._knob.is_open and self._knob.last_disarm() == self._disarm_before:
+            self.warn_if_never_armed()
 
 
 def hang_on(error: BaseException, kept: list[Any]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -24,18 +23,11 @@ _LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
 
 
 class KnobTelemetry:
-    """The part that a `torsio.Knob` has for its telemetry.
-
-    Attributes
-    ----------
-    awaits_arm
-        A scene was played, and `arm` was not called since.
-    """
+    """The part that a `torsio.Knob` has for its telemetry."""
 
     def __init__(self, knob: _torsio.Knob, recording: KnobRecording) -> None:
         self._knob = knob
         self._recording = recording
-        self.awaits_arm = False
 
     def start_telemetry(self, rate_hz: float | None = None, *, prompt: bool = False) -> float:
         """Start telemetry, or change its rate, and forget what was not read.
@@ -66,8 +58,12 @@ class KnobTelemetry:
         return self._knob.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
 
     def stop_telemetry(self) -> None:
-        """Stop telemetry; a `record` in another thread keeps it until that is done."""
+        """Stop telemetry; a `record` in another thread keeps it until that is done.
+
+        Warns as `record` does if a scene was played and never armed.
+        """
         self._knob.stop_telemetry()
+        self._recording.warn_if_never_armed()
 
     def latest(self) -> Record:
         """Give the newest sample that has arrived; it can still be read.
@@ -129,11 +125,11 @@ class KnobTelemetry:
             samples, disarm, armed_late = kept
             # Last: you may have turned warnings into errors.
             if disarm is not None:
-                warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=3)
+                knob_warnings.warn(knob_warnings.disarmed(Disarm(**disarm)))
             elif armed_late:
-                warnings.warn(knob_warnings.armed_late(), stacklevel=3)
-            elif self.awaits_arm and self._knob.state == "disarmed":
-                warnings.warn(knob_warnings.never_armed(), stacklevel=3)
+                knob_warnings.warn(knob_warnings.armed_late())
+            else:
+                self._recording.warn_if_never_armed()
             return samples.view(Telemetry)
         except BaseException as error:
             hang_on(error, kept)
@@ -148,6 +144,8 @@ class KnobTelemetry:
         timeout_s: float = 1.0,
     ) -> Iterator[Telemetry]:
         """Iterate over telemetry as it comes, in arrays of one sample or more.
+
+        The end, and a break, warn as `record` does if a scene was played and never armed.
 
         Parameters
         ----------
@@ -185,7 +183,9 @@ class KnobTelemetry:
                 yield kept[0].view(Telemetry)
             except BaseException as error:
                 hang_on(error, kept)
+                self._recording.warn_if_never_armed()  # after a break
                 raise
+        self._recording.warn_if_never_armed()
 
 
 def _rate(rate_hz: float | None) -> float | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+import warnings
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -11,7 +13,9 @@ from torsio.errors import DisarmedWarning, HeldLowWarning, NoSpeedLimitWarning, 
 from torsio.printed.scenes import Detents, Effect, Friction, Texture, Timing
 from torsio.printed.told import Disarm, Limits
 
-__all__ = ["armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "unlikely"]
+__all__ = [
+    *("armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "unlikely", "warn"),
+]
 
 # Beyond these an angle is hardly meant: turns of any angle, radians of a whole or half number.
 _TURNS = 5.0
@@ -21,6 +25,17 @@ _BOTH_WAYS = (Detents, Friction, Texture)
 # Torque of a knob with plausible parts.
 _GIVEN_BY_ANY_NM = 0.01
 _ROUNDING = 1.0 + 1e-6
+
+
+def warn(warning: Warning) -> None:
+    """Warn of the line of the program, however many of the library's are in between."""
+    frame, level = sys._getframe().f_back, 1
+    while frame is not None:
+        level += 1
+        if frame.f_globals.get("__name__", "").partition(".")[0] != "torsio":
+            break
+        frame = frame.f_back
+    warnings.warn(warning, stacklevel=level)
 
 
 def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
@@ -118,10 +133,10 @@ def disarmed(disarm: Disarm) -> DisarmedWarning:
 
 
 def never_armed() -> DisarmedWarning:
-    """Say that a scene was recorded that nobody could feel."""
+    """Say that a scene was recorded or read that nobody could feel."""
     return DisarmedWarning(
-        "a scene plays and the knob was disarmed throughout the recording, so nothing was felt: "
-        "call arm() before record()"
+        "a scene plays and the knob was disarmed throughout, so nothing was felt: call arm() "
+        "before you record or read telemetry"
     )
 
 
