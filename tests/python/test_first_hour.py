@@ -22,7 +22,7 @@ import pytest
 from rich.console import Console
 
 import torsio
-from torsio import calibration
+from torsio import batch, calibration
 from torsio.common import screen
 
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
@@ -245,6 +245,35 @@ def test_what_is_no_knob_or_no_scene_is_told_with_what_to_write() -> None:
 
 
 def _svg_points(shown: str) -> list[tuple[float, float]]:
+        with pytest.raises(TypeError, match=r"not a hand: .*; give one as torsio.TorqueHand"):
+            knob.emulator.set_hand(lambda *_: 0.0)  # type: ignore[arg-type]
+        with pytest.raises(AttributeError, match=r'its column is log\["angle_rad"\]'):
+            _ = knob.record(0.01).angle_rad  # type: ignore[attr-defined]
+
+
+MANY = [0.0, *[0.01] * 998, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (torsio.Curve(torque_nm=MANY), "torque_nm=<1000 values: 0.0 to 0.0>"),
+        (torsio.TorqueHand(torque_nm=[(1.0, 0.0)] * 1000), r"<1000 values: \(1.0, 0.0\) to \(1"),
+        (torsio.EmulatorOptions(hand=torsio.TorqueHand(torque_nm=[(1.0, 0.0)] * 99)), "TorqueHand"),
+        (calibration.Fit("t", "x", "y", *[np.zeros(1000)] * 3), r"x=<array of shape \(1000,\)>"),
+        (batch.LoopOptions(scene=[WALL] * 9), r"LoopOptions\(scene=<9 values"),
+        (batch.Knobs(1000), r"^<torsio.batch.Knobs 1000 of 1 kinds, actions 'none', at 0 s>$"),
+        # As it was written.
+        (torsio.EmulatorOptions(seed=3), r"^EmulatorOptions\(seed=3\)$"),
+        (torsio.ControlConfig(beta=0.4), r"^ControlConfig\(beta=0.4\)$"),
+        (torsio.Timing(delay_s=1.0), "fade_s=0.0"),
+    ],
+)
+def test_repr_is_short_whatever_it_holds(made: object, said: str) -> None:
+    assert len(repr(made)) < 200
+    assert re.search(said, repr(made))
+    if "<" not in repr(made):
+        assert eval(repr(made), vars(torsio)) == made
     """Give the corners of the only curve."""
     (line,) = ElementTree.fromstring(f"<div>{shown}</div>").iter("polyline")
     return [(float(x), float(y)) for x, y in (p.split(",") for p in line.attrib["points"].split())]

@@ -42,6 +42,14 @@ def one(
     return found
 
 
+def test_long_hands_are_kept_apart() -> None:
+    kept = Kept(None)
+    for middle in (0.01, 0.02):
+        hand = torsio.TorqueHand(torque_nm=[(0.0, 0.0), *[(0.1, middle)] * 99, (1.0, 0.0)])
+        options = LoopOptions(hand=hand, scene=[SPRING])
+        assert kept.get((options,), lambda nm=middle: {"nm": nm}) == {"nm": middle}  # type: ignore[misc]
+
+
 @pytest.mark.parametrize("together", [True, False])
 def test_felt_torque_balances_a_weight_that_rests(together: bool) -> None:
     plant = torsio.PlantParams(cogging=COGGING, spring_and_brake=together)

@@ -137,7 +137,8 @@ def data_class(of: Structure, *, told: bool = False) -> str:
     """Write a data class. With `told` only the library makes it, so it has no defaults."""
     # The base classes that are named derive from this one too.
     base = of.base or ("" if told else "checks.ByName")
-    out = f"\n\n@dataclass(frozen=True)\nclass {of.name}{f'({base})' if base else ''}:\n{_docstring(of)}\n"
+    short = "" if told else ", repr=False"  # it is of checks.ByName
+    out = f"\n\n@dataclass(frozen=True{short})\nclass {of.name}{f'({base})' if base else ''}:\n{_docstring(of)}\n"
     required = [f for f in of.host_fields if _default(f, told) == ""]
     others = [f for f in of.host_fields if _default(f, told) != ""]
     # A single function needs no name at the call; numbers do.

@@ -111,6 +111,7 @@ class Knobs:
             "actions": actions,
             "threads": threads,
         }
+        self._kinds = len(kinds)
         self._seeds = _seeds(seeds, n)
         self._batch = _torsio.emulator.Batch(
             kinds,
@@ -127,6 +128,15 @@ class Knobs:
     def __len__(self) -> int:
         """Say how many knobs there are."""
         return len(self._states)
+
+    def __repr__(self) -> str:
+        """Say how many there are, of how many kinds, what acts on them and where they are."""
+        times_s = self._states["time_s"]
+        at = " to ".join(f"{of:.6g}" for of in sorted({times_s.min(), times_s.max()}))
+        return (
+            f"<torsio.batch.Knobs {len(self)} of {self._kinds} kinds, "
+            f"actions {self._made['actions']!r}, at {at} s>"
+        )
 
     @property
     def states(self) -> Record:

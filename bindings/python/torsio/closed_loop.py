@@ -54,8 +54,8 @@ REPLAY_DTYPE = _torsio.emulator.REPLAY_DTYPE
 """
 
 
-@dataclass(frozen=True)
-class LoopOptions:
+@dataclass(frozen=True, repr=False)
+class LoopOptions(checks.ByName):
     """Everything that a run depends on.
 
     Attributes

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from torsio.knob import Knob
+from torsio.common.short import short_repr
+from torsio.knob import Knob, need_knob
 from torsio.printed.told import GameEffect, GameStatus
 
 __all__ = ["GameMonitor", "GameReading"]
@@ -39,6 +40,8 @@ class GameReading:
     effect_updates_per_s: tuple[float, ...]
     clipped_share: float
     asked_most_percent: int
+
+    __repr__ = short_repr
 
 
 class GameMonitor:

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
+from torsio.common import checks
+from torsio.common.short import short_repr
 from torsio.core import PartitionParams
 from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.config import ActuatorConfig, ControlConfig
@@ -141,6 +143,8 @@ class StabilityMap:
         """
         result: npt.NDArray[np.bool_] = (self.swing_rad < self.at_rest_rad) & (
             self.vibration_nm < VIBRATION_NM
+    __repr__ = short_repr
+
         )
         return result
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from torsio.common.short import short_repr
 from torsio.errors import Error
 
 __all__ = ["Array", "Fit", "Quantity", "Refusal"]
@@ -74,6 +75,8 @@ class Fit:
     x: Array
     measured: Array
     fitted: Array
+
+    __repr__ = short_repr
 
     @property
     def residual_rms(self) -> float:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
 import numpy as np
 
 from torsio.errors import InvalidArgument
+from torsio.common.short import short_repr
 
 
 class ByName:
@@ -21,6 +22,7 @@ class ByName:
 
     __slots__ = ()
 
+    __repr__ = short_repr
     if not TYPE_CHECKING:  # for whom the data class's own signature is more exact
 
         def __new__(cls, *values, **named):

@@ -16,6 +16,7 @@ from typing import Any, Literal, Protocol
 
 from torsio import _torsio
 from torsio.common import checks
+from torsio.common.short import short_repr
 from torsio.printed.told import DeviceInfo, ListedDevice
 
 __all__ = [
@@ -59,6 +60,8 @@ class ExaminedKnob:
     configuration: str
     """As `torsio.dump_config` gives it."""
 
+    __repr__ = short_repr
+
 
 class FirmwareHost(Protocol):
     """Where an update finds knobs and drives, in a test."""
@@ -89,6 +92,8 @@ class FirmwarePlan:
     """As `torsio.dump_config` gives it; empty if it could not be read."""
     _plan: _torsio.FirmwarePlan = field(repr=False, compare=False)
 
+    __repr__ = short_repr
+
     @property
     def loses_configuration(self) -> bool:
         """The knob is of another release, whose configuration the new firmware cannot read."""
@@ -110,6 +115,8 @@ class FirmwareUpdate:
     """The saved configuration from before; None if it could not be asked."""
     configuration: str
     """The configuration before, for `torsio.load_config`; empty if it could not be read."""
+
+    __repr__ = short_repr
 
 
 def start_bootloader(selector: str = "") -> None:

@@ -15,7 +15,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SpinUp(checks.ByName):
     """A first phase of a closed loop with the law held off.
 
@@ -40,7 +40,7 @@ class SpinUp(checks.ByName):
     longest_s: float = 10.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class InitialState(checks.ByName):
     """Where a plant begins, if not at rest at angle 0.
 

@@ -48,7 +48,7 @@ EXCITATION_STILL_S = 0.05
 """For so long an excitation's servo may ask for all its torque and see no count."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ActuatorConfig(checks.ByName):
     """The actuator as built. The defaults are the reference actuator.
 
@@ -114,7 +114,7 @@ class ActuatorConfig(checks.ByName):
     encoder_index_pin: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ControlConfig(checks.ByName):
     """How the device controls, and what it does when the host goes silent.
 
@@ -164,7 +164,7 @@ class ControlConfig(checks.ByName):
     free_assist_nm: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BoardConfig(checks.ByName):
     """The board's wiring, and the electrical values of motor and brake; docs/how-to/hardware.md.
 
@@ -261,7 +261,7 @@ class BoardConfig(checks.ByName):
     light_pin: int = 25
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GameConfig(checks.ByName):
     """Permissions of games on the game interface, and the scale of their torques.
 
@@ -373,7 +373,7 @@ class GameConfig(checks.ByName):
     remote_wakeup: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ShaftConfig(checks.ByName):
     """The curve of the shaft's spring beyond its first straight piece.
 
@@ -413,7 +413,7 @@ class ShaftConfig(checks.ByName):
     knee_4_nm_per_rad: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CalibrationConfig(checks.ByName):
     """How well the values of actuator and shaft are known, and since when.
 

@@ -31,7 +31,7 @@ EMULATED_SERIAL = "EMULATED"
 """Serial number of an emulated or virtual knob that is told no other."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EmulatorOptions(checks.ByName):
     """Options of an emulated knob: parts, hand and records.
 
@@ -103,7 +103,7 @@ class EmulatorOptions(checks.ByName):
         checks.flag("log_inputs", self.log_inputs)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LinkFaults(checks.ByName):
     """Damage to reports on the cable of an emulated knob, as probabilities for each report.
 

@@ -42,12 +42,12 @@ class Hand(checks.ByName):
     __slots__ = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NoHand(Hand):
     """Nobody touches the knob."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TorqueHand(Hand):
     """A torque on the knob that does not depend on its motion, such as a weight on a string.
 
@@ -65,7 +65,7 @@ class TorqueHand(Hand):
         object.__setattr__(self, "torque_nm", checks.knots("torque_nm", self.torque_nm))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpedanceHand(Hand):
     """A hand that holds the knob and means to move it along a path.
 
@@ -97,7 +97,7 @@ class ImpedanceHand(Hand):
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PrescribedMotion(Hand):
     """The knob follows the path whatever torque that takes.
 
@@ -115,7 +115,7 @@ class PrescribedMotion(Hand):
         object.__setattr__(self, "angle_rad", checks.knots("angle_rad", self.angle_rad))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FeedbackHand(Hand):
     """A hand whose torque is a function of the knob's motion.
 

@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ShaftHardening(checks.ByName):
     """Part of a plant.
 
@@ -42,7 +42,7 @@ class ShaftHardening(checks.ByName):
     stiffness_factor: float = 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BrakeHysteresis(checks.ByName):
     """Part of a plant.
 
@@ -58,7 +58,7 @@ class BrakeHysteresis(checks.ByName):
     half_width_nm: float = 0.0055
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Belt(checks.ByName):
     """Part of a plant: a belt that stretches, between the spring's pulley and the brake.
 
@@ -78,7 +78,7 @@ class Belt(checks.ByName):
     pulley_inertia_kg_m2: float = 1e-05
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Cogging(CoggingShapes):
     """Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.
 
@@ -99,7 +99,7 @@ class Cogging(CoggingShapes):
         object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Electrics(checks.ByName):
     """Part of a plant: windings, bridges, supply and current sensor.
 
@@ -201,7 +201,7 @@ class Electrics(checks.ByName):
     sensor_state: Literal["works", "dead", "stuck", "saturated"] = "works"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PlantParams(PlantMethods):
     """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
 
@@ -306,7 +306,7 @@ class PlantParams(PlantMethods):
             checks.kind("electrics", self.electrics, Electrics, "Electrics or None")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ElectricsState(checks.ByName):
     """True electric values of an emulated knob, now.
 

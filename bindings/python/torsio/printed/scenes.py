@@ -54,7 +54,7 @@ Scene: TypeAlias = Effect | Iterable[Effect]
 """Effects for `Knob.play`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Timing(checks.ByName):
     """When an effect plays, and how its strength comes and goes.
 
@@ -83,7 +83,7 @@ class Timing(checks.ByName):
     fade_s: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Wall(Effect):
     """A virtual wall.
 
@@ -108,7 +108,7 @@ class Wall(Effect):
     damping_nm_s_per_rad: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Spring(Effect):
     """A spring to an angle, with an optional dead band.
 
@@ -131,7 +131,7 @@ class Spring(Effect):
     torque_limit_nm: float = MAX_TORQUE_NM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Damper(Effect):
     """Torque against the speed.
 
@@ -148,7 +148,7 @@ class Damper(Effect):
     torque_limit_nm: float = MAX_TORQUE_NM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Friction(Effect):
     """Dry friction that sticks.
 
@@ -167,7 +167,7 @@ class Friction(Effect):
     stiffness_nm_per_rad: float = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Inertia(Effect):
     """Torque against the acceleration.
 
@@ -184,7 +184,7 @@ class Inertia(Effect):
     torque_limit_nm: float = MAX_TORQUE_NM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Constant(Effect):
     """A constant torque.
 
@@ -205,7 +205,7 @@ class Constant(Effect):
         checks.kind("timing", self.timing, Timing, "a torsio.Timing")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ramp(Effect):
     """A torque that goes from start to end over the duration in `timing`, which must not be 0.
 
@@ -229,7 +229,7 @@ class Ramp(Effect):
         checks.kind("timing", self.timing, Timing, "a torsio.Timing")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Periodic(Effect):
     """A torque that repeats in time. The envelope acts on the amplitude, not on the offset.
 
@@ -262,7 +262,7 @@ class Periodic(Effect):
         checks.kind("timing", self.timing, Timing, "a torsio.Timing")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Detents(Effect):
     """Notches at equal distances. Give exactly one of `per_turn` and `pitch_rad`.
 
@@ -291,7 +291,7 @@ class Detents(Effect):
     width: float = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EndStops(Effect):
     """Two walls that bound the range between them.
 
@@ -314,7 +314,7 @@ class EndStops(Effect):
     damping_nm_s_per_rad: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Texture(Effect):
     """A rough surface fixed to the knob, the same in every turn.
 
@@ -337,7 +337,7 @@ class Texture(Effect):
     seed: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Curve(Effect):
     """A torque over angle.
 
@@ -366,7 +366,7 @@ class Curve(Effect):
         object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Impact(Effect):
     """The knock of something hard.
 
@@ -405,7 +405,7 @@ class Impact(Effect):
     torque_limit_nm: float = MAX_TORQUE_NM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Excitation(checks.ByName):
     """A bounded experiment: commands of motor and brake that go past scene and law.
 

@@ -18,6 +18,7 @@ from torsio import protocol
 from torsio._torsio.emulator import ReplayedDevice
 from torsio.common import checks
 from torsio.common.emulated import moves_parts
+from torsio.common.short import short_repr
 from torsio.errors import Error, InvalidArgument, MalformedReport
 from torsio.printed.config import CONFIGS
 from torsio.printed.emulator_options import DeviceInput
@@ -69,6 +70,8 @@ class Replayed:
     from_inputs: bool
     answers: int
     first_difference: str
+
+    __repr__ = short_repr
 
     @property
     def identical(self) -> bool:

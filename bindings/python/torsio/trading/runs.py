@@ -9,7 +9,7 @@ import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Final, get_args
@@ -181,7 +181,7 @@ class Kept:
 
     def get(self, of: object, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Give what is kept of these settings, or make it and keep it."""
-        key = hashlib.sha256(f"{_torsio.__version__} {of!r}".encode()).hexdigest()[:24]
+        key = hashlib.sha256(f"{_torsio.__version__} {_whole(of)}".encode()).hexdigest()[:24]
         if key not in self._found:
             self._found[key] = make()
             if self._path is not None:
@@ -191,6 +191,13 @@ class Kept:
                     line = json.dumps({"key": key, "crc32": _sum(row), "row": row})
                     file.write(line.join("\n\n"))
         return self._found[key]
+
+
+def _whole(of: object) -> str:
+    """Write all of a value; the repr of a data class leaves out what is long."""
+    if is_dataclass(of):
+        return f"{type(of).__name__}{[_whole(getattr(of, each.name)) for each in fields(of)]}"
+    return f"{[*map(_whole, of)]}" if isinstance(of, tuple | list) else repr(of)
 
 
 class Runs:
