@@ -89,12 +89,12 @@ std::string line_of(const py::error_already_set& error) {
 Effect effect_from_python(const py::handle& source) {
   const std::size_t found = effect_classes().find(source);
   if (found < effect_classes().count) return effect_classes().convert(source, found);
-  throw py::type_error("not an effect: " + shown(source) +
-                       " (see torsio.printed.scenes for those that there are)");
+  throw py::type_error("not an effect: " + shown(source) + "; give one as torsio.Wall(...)");
 }
 
 Scene scene_from_python(const py::handle& source) {
-  const bool is_one = effect_classes().find(source) < effect_classes().count;
+  const bool is_one = effect_classes().find(source) < effect_classes().count ||
+                      py::isinstance<py::str>(source) || py::isinstance<py::bytes>(source);
   if (is_one || !py::isinstance<py::iterable>(source)) return {effect_from_python(source)};
   Scene scene;
   for (const py::handle effect : py::reinterpret_borrow<py::object>(source)) {
@@ -143,8 +143,7 @@ Hand hand_from_python(const py::handle& source) {
   if (source.is_none()) return NoHand{};
   const std::size_t found = hand_classes().find(source);
   if (found < hand_classes().count) return hand_classes().convert(source, found);
-  throw py::type_error("not a hand: " + shown(source) +
-                       " (see torsio.printed.hands for those that there are)");
+  throw py::type_error("not a hand: " + shown(source) + "; give one as torsio.TorqueHand(...)");
 }
 
 }  // namespace torsio::bindings

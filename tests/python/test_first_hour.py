@@ -94,6 +94,9 @@ def test_call_that_is_wrong_says_how_it_is_right() -> None:
         (lambda: made.Wall(0.1, 1.4), r"by name, in SI units: Wall\(stiffness_nm_per_rad=\.\.\.,"),
         (lambda: made.Wall(angle_deg=10.0), r"no field 'angle_deg'.*angle_rad=torsio\.deg"),
         (lambda: made.ControlConfig(beat=4.0), "no field 'beat'; its fields are"),
+        (lambda: made.Hand(0.03), "Hand has no values itself; there are NoHand, TorqueHand, "),
+        (lambda: batch.LoopOptions(WALL), r"LoopOptions\(scene=\.\.\.\)"),  # type: ignore[misc]
+        (lambda: made.Emulator(3), "has its Emulator as knob.emulator"),
         (lambda: made.TorqueHand(0.03), r"TorqueHand\(torque_nm=\.\.\.\)"),
         (lambda: made.EmulatorOptions(7), "EmulatorOptions takes its values by name"),
     ]
@@ -239,12 +242,9 @@ def test_what_is_no_knob_or_no_scene_is_told_with_what_to_write() -> None:
     with pytest.raises(TypeError, match=r"opened by torsio.open\(\)"):
         torsio.Knob(1)  # type: ignore[arg-type]
     with torsio.open("emulated") as knob:
-        for wrong in ("wall", b"x"):
+        for wrong in ("wall", b"x", torsio.Wall, {"wall": 1}, [[WALL]]):
             with pytest.raises(TypeError, match=r"not an effect: .*; give one as torsio.Wall"):
                 knob.play(wrong)  # type: ignore[arg-type]
-
-
-def _svg_points(shown: str) -> list[tuple[float, float]]:
         with pytest.raises(TypeError, match=r"not a hand: .*; give one as torsio.TorqueHand"):
             knob.emulator.set_hand(lambda *_: 0.0)  # type: ignore[arg-type]
         with pytest.raises(AttributeError, match=r'its column is log\["angle_rad"\]'):
@@ -274,6 +274,9 @@ def test_repr_is_short_whatever_it_holds(made: object, said: str) -> None:
     assert re.search(said, repr(made))
     if "<" not in repr(made):
         assert eval(repr(made), vars(torsio)) == made
+
+
+def _svg_points(shown: str) -> list[tuple[float, float]]:
     """Give the corners of the only curve."""
     (line,) = ElementTree.fromstring(f"<div>{shown}</div>").iter("polyline")
     return [(float(x), float(y)) for x, y in (p.split(",") for p in line.attrib["points"].split())]

@@ -40,6 +40,12 @@ def test_assert_felt_takes_a_number_numbers_and_a_function_of_the_angle() -> Non
     testing.assert_felt(log, lambda angle_rad: -0.15 * angle_rad, tolerance_nm=0.0151)
     with pytest.raises(TypeError, match=r"torques in N m, is Wall\("):
         testing.assert_felt(log, torsio.Wall(stiffness_nm_per_rad=1.0))  # type: ignore[arg-type]
+    with pytest.raises(torsio.InvalidArgument, match=r"write assert_felt\(log, expected\)"):
+        testing.assert_felt(-0.03, log)  # type: ignore[arg-type]
+    with pytest.raises(torsio.InvalidArgument, match=r"as knob.record\(1.0\) or .* is 0.3"):
+        testing.assert_felt(0.3, -0.03)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="expected must be torques in N m, is 'x'"):
+        testing.assert_felt(log, "x")
 
 
 def test_assert_felt_names_the_worst_row_and_counts_the_others() -> None:

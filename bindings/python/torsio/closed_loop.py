@@ -181,7 +181,7 @@ def simulate_many(
         over fewer at once.
     """
     threads = checks.threads(threads)
-    options = list(options)
+    options = list(checks.each("options", options, "several LoopOptions"))
     for one in options:
         checked_options(one)
     ticks = _ticks(options, duration_s, record_every)

@@ -48,6 +48,7 @@ class GameMonitor:
     """Watches games on a knob. It takes nothing from them: the actuator stays theirs."""
 
     def __init__(self, knob: Knob) -> None:
+        need_knob(knob)
         self._knob = knob
         self._last: GameStatus | None = None
         self._counts: dict[int, int] = {}

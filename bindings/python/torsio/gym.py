@@ -134,7 +134,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
                     "for each (the first counts)"
                 )
             seed = seed[0]
-        options = dict(options or {})
+        options = checks.table("options", options or {})
         mask = options.pop("reset_mask", None)
         if options:
             raise InvalidArgument(
@@ -194,6 +194,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         InvalidArgument
             If it is of another task, or of another number of environments.
         """
+        checks.kind("state", state, dict, "what state() gave")
         alike = set(state) == set(_REMEMBERED) and len(state["_steps"]) == self.num_envs
         if not alike or type(state["task"]) is not type(self.task):
             raise InvalidArgument(
@@ -203,7 +204,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         self.__dict__.update(deepcopy(state))
 
     def render(self) -> tuple[dial.Image, ...] | None:
-        """Draw each knob now, `torsio.dial.draw`: dial and torques; None without a render mode."""
+        """Draw each knob now, RGB of shape (300, 240, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         self._require_open()
@@ -288,8 +289,10 @@ class KnobEnv(gymnasium.Env[Observations, Observations]):
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Go on from where `state` was given: the same actions give the same bits."""
-        self._many.set_state(state.get("many", {}))
-        self.np_random = deepcopy(state["rng"])
+        checks.kind("state", state, dict, "what state() gave")
+        rng = state.get("rng")
+        self._many.set_state(state.get("many", {}) if isinstance(rng, np.random.Generator) else {})
+        self.np_random = deepcopy(rng)  # type: ignore[assignment]
 
     def close(self) -> None:
         """Give the knob's memory back."""

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from torsio._torsio import protocol as _protocol
+from torsio.common import checks
 from torsio.errors import MalformedReport
 from torsio.printed.statuses import STATUS_NAMES
 
@@ -57,7 +58,7 @@ def encode(report: str, values: Mapping[str, Any]) -> bytes:
     ValueError
         Unknown report or field, or a number that does not fit into the field's type.
     """
-    return _protocol.encode(report, dict(values))
+    return _protocol.encode(checks.text("report", report), checks.table("values", values))
 
 
 def decode(data: bytes) -> tuple[str, dict[str, Any]]:
@@ -68,6 +69,7 @@ def decode(data: bytes) -> tuple[str, dict[str, Any]]:
     MalformedReport
         With the status and, where there is one, the index of the field.
     """
+    checks.kind("data", data, bytes, "bytes")
     name, values, status, field = _protocol.decode(data)
     if status:
         where = f", field {field}" if field is not None else ""

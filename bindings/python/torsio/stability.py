@@ -44,6 +44,7 @@ _ROWS_PER_S: Final = 1000.0
 
 def plant_of(actuator: ActuatorConfig) -> PlantParams:
     """Give the knob that a configuration describes; the rest is as in the reference."""
+    checks.kind("actuator", actuator, ActuatorConfig, "an ActuatorConfig")
     return PlantParams(
         knob_inertia_kg_m2=actuator.knob_inertia_kg_m2,
         knob_viscous_nm_s_per_rad=actuator.knob_viscous_nm_s_per_rad,
@@ -73,6 +74,8 @@ def boundary(
     damping_nm_s_per_rad, stiffness_nm_per_rad
         Of the scene, along the curve, each of shape (n,); docs/explanation/theory.md, "Stability".
     """
+    _need_configs(actuator, control)
+    rate_hz = checks.positive("rate_hz", rate_hz)
     inertia = actuator.knob_inertia_kg_m2
     late_s = 0.5 / rate_hz + actuator.motor_time_constant_s
     largest_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
@@ -113,6 +116,11 @@ def boundary(
     return curve[:, 1], curve[:, 2]
 
 
+def _need_configs(actuator: object, control: object) -> None:
+    checks.kind("actuator", actuator, ActuatorConfig, "an ActuatorConfig")
+    checks.kind("control", control, ControlConfig, "a ControlConfig")
+
+
 @dataclass(frozen=True)
 class StabilityMap:
     """Swings of a knob that was thrown into springs with dampers.
@@ -135,6 +143,8 @@ class StabilityMap:
     vibration_nm: Array
     at_rest_rad: float
 
+    __repr__ = short_repr
+
     @property
     def is_stable(self) -> npt.NDArray[np.bool_]:
         """Whether the knob came to rest and its motor vibrates less than a finger feels.
@@ -143,8 +153,6 @@ class StabilityMap:
         """
         result: npt.NDArray[np.bool_] = (self.swing_rad < self.at_rest_rad) & (
             self.vibration_nm < VIBRATION_NM
-    __repr__ = short_repr
-
         )
         return result
 
@@ -178,9 +186,12 @@ def measure(
     progress
         Called with how many dampings are done, and of how many.
     """
-    stiffness = np.array(list(stiffness_nm_per_rad), dtype=np.float64)
-    damping = np.array(list(damping_nm_s_per_rad), dtype=np.float64)
-    speeds = tuple(speeds_rad_s)
+    checks.kind("plant", plant, PlantParams, "PlantParams")
+    _need_configs(actuator, control)
+    rate_hz = checks.positive("rate_hz", rate_hz)
+    stiffness = np.array(checks.numbers("stiffness_nm_per_rad", stiffness_nm_per_rad))
+    damping = np.array(checks.numbers("damping_nm_s_per_rad", damping_nm_s_per_rad))
+    speeds = checks.numbers("speeds_rad_s", speeds_rad_s)
     spin_up_nm = _SPIN_UP_SHARE * plant.motor_limit_nm
     counts = 3.0 * 2.0 * math.pi / plant.counts_per_rev
     widest, loudest = (np.empty((len(stiffness), len(damping))) for _ in range(2))

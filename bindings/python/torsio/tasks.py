@@ -69,7 +69,7 @@ class Task(ABC):
 
     def __init__(self, *, plant: Ranges | None = None, kinds: int = 64) -> None:
         """Look at the ranges."""
-        self.plant: dict[str, tuple[float, float]] = dict(plant or {})
+        self.plant: dict[str, tuple[float, float]] = checks.table("plant", plant or {})
         self.kinds: int = checks.whole("kinds", kinds, 1, 1_000_000)
         for name, bounds in self.plant.items():
             if name not in _NUMBERS:
@@ -95,6 +95,7 @@ class Task(ABC):
         law
             What controls in the place of a learner, who then has no actions.
         """
+        checks.kind("rng", rng, np.random.Generator, "as numpy.random.default_rng(1) gives it")
         count = min(checks.whole("n", n, 1, MOST_AT_ONCE), self.kinds)
         drawn = [self._draw_kind(rng) for _ in range(count)]
         self.kind_of: npt.NDArray[np.int_] = np.arange(n) % count

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from torsio.common import checks
 from torsio.errors import Closed, Disconnected, Error, InvalidArgument
-from torsio.knob import Knob
+from torsio.knob import Knob, need_knob
 from torsio.knob.emulated import Emulator
 from torsio.printed.emulator_options import LinkFaults
 from torsio.printed.hands import Hand, NoHand, PrescribedMotion, TorqueHand
@@ -58,7 +58,10 @@ def felt_nm(log: Record) -> Floats:
         if motor in names and "spring_torque_nm" in names:
             felt: Floats = log["spring_torque_nm"].astype(float) + log[motor].astype(float)
             return felt
-    raise InvalidArgument("log must be a record of telemetry, or of the truth of an emulated knob")
+    raise InvalidArgument(
+        "log must be telemetry, as knob.record(1.0) or torsio.load(path).telemetry gives it, "
+        f"or the truth of an emulated knob, is {checks.show(log)}"
+    )
 
 
 def assert_felt(
@@ -94,15 +97,21 @@ def assert_felt(
         If there is nothing to look at, or an argument is out of its range.
     """
     __tracebackhide__ = True
+    if getattr(getattr(expected, "dtype", None), "names", None):
+        raise InvalidArgument(
+            "expected is a record, and not torques in N m: write assert_felt(log, expected)"
+        )
     felt = felt_nm(log)
     checks.positive("tolerance_nm", tolerance_nm)
     if not 0.0 < checks.number("share", share) <= 1.0:
         raise InvalidArgument(f"share is {share:g}, allowed is above 0 to 1")
     given = expected(log["angle_rad"].astype(float)) if callable(expected) else expected
     try:
-        wanted = np.broadcast_to(np.asarray(given, dtype=float), felt.shape)
-    except TypeError:
-        raise TypeError(f"expected must be torques in N m, is {given!r}") from None
+        torques = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"expected must be torques in N m, is {checks.show(given)}") from None
+    try:
+        wanted = np.broadcast_to(torques, felt.shape)
     except ValueError:
         raise InvalidArgument(
             f"expected must be one torque or {len(felt)}, one for each row of the log, "
@@ -165,6 +174,7 @@ class HoldingHand:
     """
 
     def __init__(self, knob: Knob) -> None:
+        need_knob(knob)
         self._knob = knob
         self.rows: Record = np.zeros(0, dtype=TRUTH_DTYPE)
 
@@ -296,7 +306,14 @@ class Faults:
 
 
 def _giver(knob: Knob | Callable[[], Knob]) -> Callable[[], Knob]:
-    return knob if callable(knob) else lambda: knob
+    def give() -> Knob:
+        current = knob() if callable(knob) else knob
+        need_knob(current)
+        return current
+
+    if not callable(knob):
+        need_knob(knob)
+    return give
 
 
 def _unless_gone(undo: Callable[[], object]) -> None:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torsio.calibration.proposal import Calibration
+from torsio.calibration.proposal import Calibration, need_calibration
+from torsio.common import checks
 from torsio.common.whole_file import keep_text, text_of, user_folder
 from torsio.errors import Error
 
@@ -23,6 +24,7 @@ def place_of(serial: str) -> Path:
 
 def keep(calibration: Calibration) -> Path:
     """Write the file, whole or not at all. Raises `Error` if that fails."""
+    need_calibration("calibration", calibration)
     path = place_of(str(calibration.conditions["serial"]))
     keep_text(path, json.dumps(calibration.as_dict(), indent=2) + "\n")
     return path
@@ -30,7 +32,7 @@ def keep(calibration: Calibration) -> Path:
 
 def kept(serial: str) -> dict[str, Any] | None:
     """Give what was kept for a knob, as `Calibration.as_dict` has it; None if nothing was."""
-    path = place_of(serial)
+    path = place_of(checks.text("serial", serial))
     try:
         found = json.loads(text_of(path))
         if not isinstance(found["quantities"], dict) or not isinstance(found["conditions"], dict):
@@ -54,6 +56,8 @@ class Drift:
 
 def drifts(before: dict[str, Any], now: Calibration) -> list[Drift]:
     """Give what has changed: by three standard uncertainties, and by a twentieth of itself."""
+    checks.kind("before", before, dict, "what kept() gave")
+    need_calibration("now", now)
     changed = []
     for name, quantity in now.quantities.items():
         old = before["quantities"].get(name)

@@ -37,7 +37,7 @@ from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
 from torsio.common import checks
 from torsio.common.emulated import moves_parts
 from torsio.errors import InvalidArgument
-from torsio.knob import Knob
+from torsio.knob import Knob, need_knob
 from torsio.printed.config import ActuatorConfig
 
 __all__ = ["STEPS", "calibrate"]
@@ -86,6 +86,9 @@ def calibrate(
     InvalidArgument
         Also if no electrical step would use `supply_v`.
     """
+    need_knob(knob)
+    if progress is not None:
+        checks.function("progress", progress)
     if ambient_c is not None:
         checks.number("ambient_c", ambient_c, -273.0, 700.0)
     if supply_v is not None:

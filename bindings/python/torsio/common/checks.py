@@ -6,27 +6,31 @@ import math
 import operator
 import os
 import reprlib
-from collections.abc import Iterator
-from dataclasses import fields
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from numbers import Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 
-from torsio.errors import InvalidArgument
 from torsio.common.short import short_repr
+from torsio.errors import InvalidArgument
 
 
 class ByName:
     """Base of the data classes whose values are given by name."""
 
     __slots__ = ()
-
     __repr__ = short_repr
+
     if not TYPE_CHECKING:  # for whom the data class's own signature is more exact
 
         def __new__(cls, *values, **named):
             """Say what is wrong with a call in the terms of the class."""
+            if not is_dataclass(cls):
+                given = ", ".join(one.__name__ for one in cls.__subclasses__())
+                raise TypeError(f"{cls.__name__} has no values itself; there are {given}")
             known = [of.name for of in fields(cls)]
             by_place = [of.name for of in fields(cls) if not of.kw_only]
             if len(values) > len(by_place):
@@ -148,6 +152,18 @@ def kind(name: str, value: Any, types: type | tuple[type, ...], wanted: str) -> 
     """Ask for an instance of a class."""
     if not isinstance(value, types):
         raise TypeError(f"{name} must be {wanted}, is {show(value)}")
+
+
+def path(name: str, value: Any) -> Path:
+    """Give the name of a file or folder as a path."""
+    kind(name, value, (str, os.PathLike), "a path, a string or a pathlib.Path")
+    return Path(value)
+
+
+def table(name: str, value: Any) -> dict[Any, Any]:
+    """Ask for values by name, and give them in a dictionary of their own."""
+    kind(name, value, Mapping, "a dictionary")
+    return dict(value)
 
 
 def function(name: str, value: Any) -> None:

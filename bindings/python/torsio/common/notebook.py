@@ -41,6 +41,13 @@ class Telemetry(np.ndarray[tuple[Any, ...], np.dtype[np.void]]):
                 return found.view(np.ndarray)
             return found
 
+        def __getattr__(self, name):
+            """Say how a column is written."""
+            said = f"{type(self).__name__!r} object has no attribute {name!r}"
+            if name in (self.dtype.names or ()):
+                said += f'; its column is log["{name}"]'
+            raise AttributeError(said)
+
     def __repr__(self) -> str:
         """Show the first and the last samples."""
         with np.printoptions(threshold=8, edgeitems=3):

@@ -1,5 +1,5 @@
 """A knob and its parts."""
 
-from torsio.knob.knob import Knob
+from torsio.knob.knob import Knob, need_knob
 
-__all__ = ["Knob"]
+__all__ = ["Knob", "need_knob"]

@@ -6,7 +6,7 @@ It is the JSON that `torsio config dump` prints and `torsio config load` takes.
 from __future__ import annotations
 
 from torsio.common import checks
-from torsio.knob import Knob
+from torsio.knob import Knob, need_knob
 
 __all__ = ["dump_config", "load_config"]
 
@@ -17,7 +17,7 @@ def dump_config(knob: Knob) -> str:
     There is an object for each of `torsio.CONFIGS`, as in `actuator_config`, with its fields by
     name.
     """
-    checks.kind("knob", knob, Knob, "a knob")
+    need_knob(knob)
     return knob._configuration.dump()
 
 
@@ -33,5 +33,5 @@ def load_config(knob: Knob, text: str) -> None:
     Refused
         Somebody has the actuator.
     """
-    checks.kind("knob", knob, Knob, "a knob")
+    need_knob(knob)
     knob._configuration.load(checks.text("text", text))

@@ -29,7 +29,10 @@ class KnobConfiguration:
         self._recording = recording
 
     def ask(self, kind: type[_Config]) -> _Config:
-        """Ask the device for one."""
+        """Ask the device for one of `torsio.CONFIGS`: ``knob.config(torsio.ControlConfig)``."""
+        if kind not in CONFIGS.values():
+            names = ", ".join(f"torsio.{config.__name__}" for config in CONFIGS.values())
+            raise TypeError(f"kind must be one of {names}, is {checks.show(kind)}")
         make: Callable[..., _Config] = kind
         return make(**self._knob.config(_NAMES[kind]))
 

@@ -19,6 +19,8 @@ class Emulator:
     """The world round an emulated knob: its hand, its true state, its faults."""
 
     def __init__(self, knob: _torsio.Knob) -> None:
+        if not hasattr(knob, "set_hand"):
+            raise TypeError("an open emulated knob has its Emulator as knob.emulator")
         self._knob = knob
 
     def set_hand(self, hand: Hand) -> None:

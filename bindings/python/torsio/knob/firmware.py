@@ -144,7 +144,7 @@ def read_firmware(path: str | Path) -> FirmwareFile:
     Error
         It cannot be read.
     """
-    return FirmwareFile(**_torsio.read_firmware(path))
+    return FirmwareFile(**_torsio.read_firmware(checks.path("path", path)))
 
 
 def _info(told: dict[str, Any] | None) -> DeviceInfo | None:
@@ -193,9 +193,9 @@ def prepare_update(
     """
     checks.function("say", say)
     plan = _torsio.prepare_update(
-        path,
+        checks.path("path", path),
         checks.text("selector", selector),
-        drive,
+        None if drive is None else checks.path("drive", drive),
         checks.number("timeout_s", timeout_s),
         say,
         host,

@@ -39,7 +39,7 @@ from torsio.printed.told import (
 )
 from torsio.recordings.file import RecordingFile
 
-__all__ = ["Knob"]
+__all__ = ["Knob", "need_knob"]
 
 _MAX_EFFECTS = 16
 _RECORDED_SLICE_S = 0.125
@@ -58,7 +58,7 @@ class Knob(ConfigQuestions):
     def __init__(
         self, knob: _torsio.Knob, *, logs_inputs: bool = False, time_waits: bool = False
     ) -> None:
-        if not hasattr(knob, "info"):
+        if isinstance(knob, Knob) or not hasattr(knob, "info"):
             named = checks.show(knob) if isinstance(knob, str) else ""
             raise TypeError(f"a knob is opened by torsio.open({named})")
         self._knob = knob
@@ -261,8 +261,6 @@ class Knob(ConfigQuestions):
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
         """
-        if isinstance(scene, str | bytes):
-            raise TypeError(f"not an effect: {checks.show(scene)}; give one as torsio.Wall(...)")
         if isinstance(scene, Iterable) and not isinstance(scene, Sized):
             # It may have no end: one effect too many is enough to refuse it.
             scene = list(islice(scene, _MAX_EFFECTS + 1))
@@ -408,6 +406,7 @@ class Knob(ConfigQuestions):
         OSError
             If the file cannot be written.
         """
+        path = checks.path("path", path)
         recording = self._recording.begin(path, self.info, self._configuration.all())
         try:
             self._knob.start_telemetry(None, False)  # what came before is not in it
@@ -449,6 +448,11 @@ class Knob(ConfigQuestions):
         """Wait until the device is in a state. Returns False if it is not so in time."""
         checks.text("state", state)
         return self._knob.wait_for(state, checks.number("timeout_s", timeout_s))
+
+
+def need_knob(knob: object) -> None:
+    """Ask for a knob, open or closed."""
+    checks.kind("knob", knob, Knob, "a knob, as torsio.open() gives it")
 
 
 # By address, so that a new knob takes the place of a dead one. Not a WeakSet: Python drops a Ctrl-C

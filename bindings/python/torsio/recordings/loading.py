@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from torsio import _torsio
+from torsio.common import checks
 from torsio.common.extras import how_to_install
 from torsio.common.notebook import Telemetry, picture
 from torsio.common.whole_file import beside
@@ -111,7 +112,7 @@ class Recorded:
         OSError
             If it cannot be written, whole; a table that was there before is then still there.
         """
-        ending = Path(path).suffix
+        ending = checks.path("path", path).suffix
         if ending == ".csv":
             if decimal not in (".", ",") or separator == decimal or separator not in _SEPARATORS:
                 raise InvalidArgument(
@@ -170,11 +171,12 @@ def load(path: str | Path) -> Recorded:
         from mcap.stream_reader import StreamReader
     except ModuleNotFoundError as error:
         raise missing() from error
+    path = checks.path("path", path)
     topics = dict(enumerate(TOPICS, 1))  # as they are written; the first chunk tells it, if whole
     found: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     metadata: dict[str, dict[str, Any]] = {}
     damaged, whole = False, False
-    with Path(path).open("rb") as file, _explained(path, metadata):
+    with path.open("rb") as file, _explained(path, metadata):
         reader = StreamReader(
             file, emit_chunks=True, validate_crcs=True, record_size_limit=_MOST_BYTES
         )

@@ -112,7 +112,10 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
     torsio.InvalidArgument
         If a change is no field, or out of its range.
     """
-    recorded = recording if isinstance(recording, Recorded) else load(recording)
+    if isinstance(recording, Recorded):
+        recorded = recording
+    else:
+        recorded = load(checks.path("recording", recording))
     if not recorded.has_all_inputs:
         recorded = replace(recorded, inputs=[])
     versions = recorded.metadata["versions"]

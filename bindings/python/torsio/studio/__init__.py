@@ -9,12 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from torsio.common import checks
 from torsio.common.extras import lacking
 from torsio.errors import Error
+from torsio.knob import Knob, need_knob
 from torsio.studio.page import page_folder
 
 if TYPE_CHECKING:
-    from torsio.knob import Knob
     from torsio.studio.watching import Watch
 
 __all__ = ["page_folder", "watch"]
@@ -46,6 +47,8 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
     torsio.Error
         If the page is not built, the port is in use, or what the extra brings is missing.
     """
+    need_knob(knob)
+    checks.whole("port", port, 0, 65535)
     try:
         from torsio.studio.watching import Watch
     except ModuleNotFoundError as error:

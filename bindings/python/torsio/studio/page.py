@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from torsio.common import checks
 from torsio.common.extras import source_folder
 from torsio.errors import Error
 
@@ -21,7 +22,7 @@ def page_folder(named: str | Path | None = None) -> Path:
         If it has not been built.
     """
     if named is not None:
-        folder = Path(named)
+        folder = checks.path("page", named)
         if (folder / "index.html").exists():
             return folder
         raise Error(f"the page is not in {str(folder)!r}: name the folder that ./dev studio builds")

@@ -220,6 +220,9 @@ def trade(
         Scene, file or options are wrong; the sentence says how.
     """
     checks.positive("wanted", wanted)
+    checks.flag("quick", quick)
+    checks.flag("stretch", stretch)
+    checks.function("on_progress", on_progress)
     options = options_of(
         scene,
         {
@@ -245,7 +248,7 @@ def trade_loop(
 ) -> Trade:
     """Trade a closed loop, which has all of it; else as `trade`."""
     count = checks.threads(threads)
-    runs = Runs(options, Kept(None if keep is None else Path(keep)), count)
+    runs = Runs(options, Kept(None if keep is None else checks.path("keep", keep)), count)
     tried = variants(options, quick=quick)
     found = runs.measure(tried, CHOOSE, lambda *done: on_progress("trying", *done))
     if quick:
