@@ -2,10 +2,10 @@
 
 ``./dev bench guards`` runs each board's real firmware in its emulated chip, has it push into a wall
 with all that its motor may, and then has one of the dangers of ``tests/board/dangers.py`` happen.
-A line tells after how long motor and brake were off, to 0.05 ms below 1 ms and to 0.25 ms above,
-and which fault is latched or which cause of a restart is told; and, of the same firmware with that
-guard switched off (``tests/board/unguarded.py``), how many amperes were in the motor when it had
-long been off with it.
+A line tells after how long motor and brake were off in the worst of 16 moments, to 0.05 ms below
+1 ms and to 0.25 ms above, and which fault is latched or which cause of a restart is told. It also
+tells how many amperes were in the motor of the same firmware with that guard switched off
+(``tests/board/unguarded.py``), when it had long been off with it.
 
 For the encoder's wires and for wrong signs the board is coupled to the plant. A hand leans on a
 wall with 50 mN m, wires of the encoder are cut, and the hand lets go; or a hand touches a knob
@@ -26,12 +26,13 @@ firmware, a bridge that wakes up, a supply that was too low for a moment.
 A supply that is another than the configured one happens to two boards: to one that has no divider,
 and to one that measures it.
 
-Arguments are names of boards. It takes two minutes for each.
+Arguments are names of boards. It takes three minutes for each.
 """
 
 from __future__ import annotations
 
 import json
+import random
 import sys
 from pathlib import Path
 from typing import Any
@@ -67,12 +68,15 @@ def _tell(board: str, danger: str, **line: Any) -> None:
 
 
 def _react(board: str, danger: Danger, pico: EmulatedPico, bare: EmulatedPico) -> None:
-    passed_ms, told = react(pico, danger)
+    # How long it takes depends on the moment at which it happens.
+    moments_ms = random.Random(danger.name)
+    found = [react(pico, danger, moments_ms.uniform(0.0, 8.0)) for _ in range(16)]
+    (told,) = {told for _, told in found}
     left = endure(bare, danger)
     _tell(
         board,
         danger.name,
-        off_ms=round(passed_ms, 2),
+        off_ms=round(max(passed_ms for passed_ms, _ in found), 2),
         tells=told,
         without_guard_a=None if left is None else _short(left.amperes),
     )

@@ -43,8 +43,6 @@ class Danger:
         It happens to a board that is armed and asks for nothing.
     behind
         The guard behind it, which must be away as well to see what is left.
-    by_chance_ms
-        So much of the time depends on when it happens.
     mended_after_ms
         When the board believes that it is mended.
     """
@@ -58,7 +56,6 @@ class Danger:
     restarts: bool = False
     rests: bool = False
     behind: str = ""
-    by_chance_ms: float = 0.0
     mended_after_ms: float = 1.0
 
     def __str__(self) -> str:
@@ -86,9 +83,9 @@ def _end_stack(board: EmulatedPico) -> None:
 
 DANGERS = (
     Danger("emergency stop pressed, or its wire cut", _pin(11, high=True),
-           "emergency stop", "emergency_stop", 0.3, _pin(11, high=False), by_chance_ms=0.15),
+           "emergency stop", "emergency_stop", 0.3, _pin(11, high=False)),
     Danger("bridge reports a fault", _pin(12, high=False),
-           "bridge's word", "actuator", 0.3, _pin(12, high=True), by_chance_ms=0.15),
+           "bridge's word", "actuator", 0.3, _pin(12, high=True)),
     Danger("3.2 A flow, the limit being 2", _motor(sensor_amperes=3.2),
            "over-current", "actuator", 0.6, behind="winding"),
     Danger("current sensor dead: 0 V", _motor(sensor_amperes=-100.0),
@@ -96,23 +93,21 @@ DANGERS = (
     Danger("current sensor saturated: 3.3 V", _motor(sensor_amperes=100.0),
            "over-current", "actuator", 0.6, behind="winding"),
     Danger("current sensor stuck at its zero", _motor(sensor_amperes=0.0),
-           "winding", "winding", 10, by_chance_ms=1.5),
+           "winding", "winding", 10),
     Danger("current sensor stuck at 1 A", _motor(sensor_amperes=1.0),
-           "winding", "winding", 10, by_chance_ms=1.0),
+           "winding", "winding", 10),
     Danger("current sensor stuck at -0.5 A", _motor(sensor_amperes=-0.5),
-           "winding", "winding", 10, by_chance_ms=1.0),
+           "winding", "winding", 10),
     Danger("current sensor's zero moves by 0.25 A", lambda board: shift_zero(board, 0.25),
-           "winding", "winding", 80, rests=True, by_chance_ms=10.0),
+           "winding", "winding", 80, rests=True),
     Danger("current sensor's zero moves by 0.8 A", lambda board: shift_zero(board, 0.8),
            "winding", "winding", 20, rests=True),
     Danger("current sensor shows half", _motor(voltsPerAmpere=0.1),
            "winding", "winding", 125, _motor(voltsPerAmpere=0.2)),
     Danger("current sensor shows twice", _motor(voltsPerAmpere=0.4),
            "winding", "winding", 125, _motor(voltsPerAmpere=0.2)),
-    Danger("supply missing", _motor(supply=0), "winding", "winding", 10, _motor(supply=12),
-           by_chance_ms=1.0),
-    Danger("supply of a quarter", _motor(supply=3), "winding", "winding", 10, _motor(supply=12),
-           by_chance_ms=1.0),
+    Danger("supply missing", _motor(supply=0), "winding", "winding", 10, _motor(supply=12)),
+    Danger("supply of a quarter", _motor(supply=3), "winding", "winding", 10, _motor(supply=12)),
     Danger("supply of half", _motor(supply=6), "winding", "winding", 125, _motor(supply=12)),
     Danger("supply of twice", _motor(supply=24), "winding", "winding", 125, _motor(supply=12)),
     Danger("encoder jumps, 10 counts in a microsecond",
@@ -123,7 +118,7 @@ DANGERS = (
            "watchdog", "watchdog", None, restarts=True),
     Danger("program hangs, interrupts off", lambda board: board.do("hang", masked=True),
            "watchdog", "watchdog", None, restarts=True),
-    Danger("control interrupt hangs", lambda board: board.do("hang", inside_us=2),
+    Danger("control interrupt hangs, anywhere in its tick", lambda board: board.do("hang", inside_us=2),
            "watchdog", "watchdog", None, restarts=True),
     Danger("control interrupt stops", lambda board: board.do("stop_ticks"),
            "ticks counted", "watchdog", None, restarts=True),
@@ -137,7 +132,7 @@ SUPPLY_RETURNS_MS = 55.0
 # The board has a divider at its supply, which acts before the winding's guard.
 SUPPLY_DANGERS = tuple(
     Danger(f"{name}, with the divider", _motor(supply=supply_v), "supply", "supply", 2.5,
-           _motor(supply=12), behind="winding", by_chance_ms=0.5,
+           _motor(supply=12), behind="winding",
            mended_after_ms=SUPPLY_RETURNS_MS)
     for name, supply_v in (
         ("supply missing", 0), ("supply of a quarter", 3), ("supply of half", 6),
@@ -185,12 +180,14 @@ def settle(board: EmulatedPico, danger: Danger) -> None:
     assert board.get("health")["state"] == "disarmed"
 
 
-def react(board: EmulatedPico, danger: Danger) -> tuple[float, str]:
+def react(board: EmulatedPico, danger: Danger, pushed_ms: float = 0.0) -> tuple[float, str]:
     """Have it happen to a board that pushes; tell after how many ms it is off, and what it says.
 
-    It is mended then, so that the board is as it was.
+    It happens when the board has pushed for so long. It is mended then, so that the board is as it
+    was.
     """
     push(board, 0 if danger.rests else 300)
+    board.run(pushed_ms)
     danger.happen(board)
     passed_ms = time_until_off_ms(board, danger.limit_ms(board) + 5)
     if danger.restarts:
