@@ -128,6 +128,27 @@ def test_subproject_serves_its_parent_and_changes_and_installs_nothing_of_it(
 
 
 @pytest.mark.slow
+def test_project_links_and_runs_as_it_is_printed(tmp_path: Path) -> None:
+    """With its own download, of a branch main, and no line changed but the path."""
+    clone, source = tmp_path / "clone", tmp_path / "source"
+    clone.mkdir()
+    commit = "git -c user.name=x -c user.email=x commit -qm x"
+    _run(
+        "bash", "-ec",
+        f"cd {TREE}; git ls-files -z | xargs -0 cp --parents -t {clone};"
+        f"cd {clone}; git init -qb main; git add -A; {commit}",
+    )  # fmt: skip
+    shutil.copytree(PROJECT, source)
+    lines = (source / "CMakeLists.txt").read_text(encoding="utf-8")
+    assert "/path/to/torsio" in lines
+    (source / "CMakeLists.txt").write_text(lines.replace("/path/to/torsio", str(clone)))
+    guide = (TREE / "docs/reference/cpp.md").read_text(encoding="utf-8")
+    (commands,) = re.findall(r"run there:\n\n((?:    .*\n)+)", guide)
+    told = _run("bash", "-ec", f"cd {source}\n{commands}")
+    assert re.search(r"2000 samples, 0\.0[45]\d* rad inside the wall\n$", told)
+
+
+@pytest.mark.slow
 def test_subproject_without_emulator_links_and_says_what_it_lacks(tmp_path: Path) -> None:
     build = _fetched(tmp_path, "-DTORSIO_WITH_EMULATOR=OFF")
     _run("cmake", "--build", build)

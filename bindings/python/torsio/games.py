@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from torsio.common.short import short_repr
+from torsio.common import checks
 from torsio.knob import Knob, need_knob
 from torsio.printed.told import GameEffect, GameStatus
 
@@ -40,8 +40,7 @@ class GameReading:
     effect_updates_per_s: tuple[float, ...]
     clipped_share: float
     asked_most_percent: int
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
 
 class GameMonitor:

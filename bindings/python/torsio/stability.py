@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
 from torsio.common import checks
-from torsio.common.short import short_repr
 from torsio.core import PartitionParams
 from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.config import ActuatorConfig, ControlConfig
@@ -74,7 +73,8 @@ def boundary(
     damping_nm_s_per_rad, stiffness_nm_per_rad
         Of the scene, along the curve, each of shape (n,); docs/explanation/theory.md, "Stability".
     """
-    _need_configs(actuator, control)
+    checks.kind("actuator", actuator, ActuatorConfig, "an ActuatorConfig")
+    checks.kind("control", control, ControlConfig, "a ControlConfig")
     rate_hz = checks.positive("rate_hz", rate_hz)
     inertia = actuator.knob_inertia_kg_m2
     late_s = 0.5 / rate_hz + actuator.motor_time_constant_s
@@ -116,11 +116,6 @@ def boundary(
     return curve[:, 1], curve[:, 2]
 
 
-def _need_configs(actuator: object, control: object) -> None:
-    checks.kind("actuator", actuator, ActuatorConfig, "an ActuatorConfig")
-    checks.kind("control", control, ControlConfig, "a ControlConfig")
-
-
 @dataclass(frozen=True)
 class StabilityMap:
     """Swings of a knob that was thrown into springs with dampers.
@@ -142,8 +137,7 @@ class StabilityMap:
     swing_rad: Array
     vibration_nm: Array
     at_rest_rad: float
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def is_stable(self) -> npt.NDArray[np.bool_]:
@@ -187,7 +181,8 @@ def measure(
         Called with how many dampings are done, and of how many.
     """
     checks.kind("plant", plant, PlantParams, "PlantParams")
-    _need_configs(actuator, control)
+    checks.kind("actuator", actuator, ActuatorConfig, "an ActuatorConfig")
+    checks.kind("control", control, ControlConfig, "a ControlConfig")
     rate_hz = checks.positive("rate_hz", rate_hz)
     stiffness = np.array(checks.numbers("stiffness_nm_per_rad", stiffness_nm_per_rad))
     damping = np.array(checks.numbers("damping_nm_s_per_rad", damping_nm_s_per_rad))

@@ -312,7 +312,7 @@ def _giver(knob: Knob | Callable[[], Knob]) -> Callable[[], Knob]:
         return current
 
     if not callable(knob):
-        need_knob(knob)
+        give()
     return give
 
 

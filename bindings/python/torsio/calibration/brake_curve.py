@@ -10,7 +10,7 @@ import numpy as np
 
 from torsio.calibration.numeric import linear, play_of
 from torsio.calibration.quantity import Array, Quantity
-from torsio.common.short import short_repr
+from torsio.common import checks
 
 __all__ = ["BrakeCurve", "BrakePoint", "curve_of"]
 
@@ -45,8 +45,7 @@ class BrakeCurve:
 
     points: tuple[BrakePoint, ...]
     half_width_nm: float
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     def widened(self, other: BrakeCurve) -> BrakeCurve:
         """Add to each uncertainty by how much the point is another in another case."""

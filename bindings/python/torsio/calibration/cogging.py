@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from torsio.calibration.quantity import Array
-from torsio.common.short import short_repr
+from torsio.common import checks
 
 __all__ = ["Cogging", "find_waves"]
 
@@ -42,8 +42,7 @@ class Cogging:
     sine_nm: Array
     covariance: Array
     left_nm: float
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def amplitudes_nm(self) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torsio.calibration.proposal import Calibration, need_calibration
+from torsio.calibration.proposal import Calibration
 from torsio.common import checks
 from torsio.common.whole_file import keep_text, text_of, user_folder
 from torsio.errors import Error
@@ -24,7 +24,7 @@ def place_of(serial: str) -> Path:
 
 def keep(calibration: Calibration) -> Path:
     """Write the file, whole or not at all. Raises `Error` if that fails."""
-    need_calibration("calibration", calibration)
+    checks.kind("calibration", calibration, Calibration, "what calibrate() gave")
     path = place_of(str(calibration.conditions["serial"]))
     keep_text(path, json.dumps(calibration.as_dict(), indent=2) + "\n")
     return path
@@ -57,7 +57,7 @@ class Drift:
 def drifts(before: dict[str, Any], now: Calibration) -> list[Drift]:
     """Give what has changed: by three standard uncertainties, and by a twentieth of itself."""
     checks.kind("before", before, dict, "what kept() gave")
-    need_calibration("now", now)
+    checks.kind("now", now, Calibration, "what calibrate() gave")
     changed = []
     for name, quantity in now.quantities.items():
         old = before["quantities"].get(name)

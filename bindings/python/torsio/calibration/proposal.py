@@ -30,7 +30,7 @@ from torsio.printed.config import ActuatorConfig, BoardConfig, CalibrationConfig
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Calibration", "apply", "certain_assist_nm", "need_calibration", "put_together"]
+__all__ = ["Calibration", "apply", "certain_assist_nm", "put_together"]
 
 # Share of the certain friction: bearings wear in. A device takes no more than three quarters.
 _ASSISTED = 0.73
@@ -142,18 +142,13 @@ class Calibration:
         }
 
 
-def need_calibration(name: str, value: object) -> None:
-    """Ask for one."""
-    checks.kind(name, value, Calibration, "what calibrate() gave")
-
-
 def apply(knob: Knob, calibration: Calibration) -> None:
     """Configure a disarmed knob as proposed, or change nothing; `Knob.save` keeps that.
 
     Values of the board take effect when the knob starts the next time.
     """
     need_knob(knob)
-    need_calibration("calibration", calibration)
+    checks.kind("calibration", calibration, Calibration, "what calibrate() gave")
     board, control = knob.board_config(), knob.control_config()
     before = (knob.actuator_config(), knob.shaft_config(), board, control)
     # Its caps, limits and pins may be others by now.

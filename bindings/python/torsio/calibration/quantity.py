@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from torsio.common.short import short_repr
+from torsio.common import checks
 from torsio.errors import Error
 
 __all__ = ["Array", "Fit", "Quantity", "Refusal"]
@@ -75,8 +75,7 @@ class Fit:
     x: Array
     measured: Array
     fitted: Array
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def residual_rms(self) -> float:

@@ -6,16 +6,59 @@ import math
 import operator
 import os
 import reprlib
-from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterator, Mapping, Sized
+from dataclasses import MISSING, Field, fields, is_dataclass
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
+from typing import TYPE_CHECKING, Any, Final, SupportsFloat, SupportsIndex
 
 import numpy as np
 
-from torsio.common.short import short_repr
 from torsio.errors import InvalidArgument
+
+# Of a repr, of a value in a long one, and values that are worth writing.
+_LONGEST: Final = 200
+_LONGEST_VALUE: Final = 60
+_MOST_VALUES: Final = 64
+
+
+def short_repr(of: Any) -> str:
+    """Write the call that makes a data class.
+
+    One that is long is without the fields at their defaults, and says of long values how many they
+    are.
+    """
+    values = {each: getattr(of, each.name) for each in fields(of) if each.repr}
+    if not any(map(_is_huge, values.values())):
+        whole = _call(of, {each.name: repr(value) for each, value in values.items()})
+        if len(whole) <= _LONGEST:
+            return whole
+    others = {each.name: value for each, value in values.items() if not _is_default(each, value)}
+    return _call(of, {name: _brief(value) for name, value in others.items()})
+
+
+def _call(of: Any, written: dict[str, str]) -> str:
+    given = ", ".join(f"{name}={value}" for name, value in written.items())
+    return f"{type(of).__qualname__}({given})"
+
+
+def _is_huge(value: Any) -> bool:
+    """Tell what is not worth writing: a million values take a second."""
+    return isinstance(value, Sized) and len(value) > _MOST_VALUES
+
+
+def _is_default(field: Field[Any], value: Any) -> bool:
+    make = field.default_factory
+    default = field.default if make is MISSING else make()
+    return type(value) is type(default) and bool(value == default)
+
+
+def _brief(value: Any) -> str:
+    if not _is_huge(value) and len(written := repr(value)) <= _LONGEST_VALUE:
+        return written
+    if isinstance(value, Sized):
+        return f"<{type(value).__name__} of {len(value)}>"
+    return f"{type(value).__qualname__}(...)" if is_dataclass(value) else written
 
 
 class ByName:

@@ -17,9 +17,7 @@ def tell(callback: Callable[[Event], object] | None) -> Callable[[dict[str, Any]
     """Make of a function of an `Event` what the extension calls."""
     if callback is None:
         return None
-    if not callable(callback):
-        shown = checks.show(callback)
-        raise TypeError(f"callback must be a function of an event or None, is {shown}")
+    checks.function("callback", callback)
     return lambda event: callback(Event(**event))
 
 

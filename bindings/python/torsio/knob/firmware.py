@@ -16,7 +16,6 @@ from typing import Any, Literal, Protocol
 
 from torsio import _torsio
 from torsio.common import checks
-from torsio.common.short import short_repr
 from torsio.printed.told import DeviceInfo, ListedDevice
 
 __all__ = [
@@ -59,8 +58,7 @@ class ExaminedKnob:
     owner: Literal["none", "sdk", "game", "dial"]
     configuration: str
     """As `torsio.dump_config` gives it."""
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
 
 class FirmwareHost(Protocol):
@@ -91,8 +89,7 @@ class FirmwarePlan:
     configuration: str
     """As `torsio.dump_config` gives it; empty if it could not be read."""
     _plan: _torsio.FirmwarePlan = field(repr=False, compare=False)
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def loses_configuration(self) -> bool:
@@ -115,8 +112,7 @@ class FirmwareUpdate:
     """The saved configuration from before; None if it could not be asked."""
     configuration: str
     """The configuration before, for `torsio.load_config`; empty if it could not be read."""
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
 
 def start_bootloader(selector: str = "") -> None:

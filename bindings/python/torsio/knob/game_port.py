@@ -11,8 +11,7 @@ _LONGEST_REPORT = 64
 
 
 def _report(report: bytes) -> bytes:
-    if not isinstance(report, bytes):
-        raise TypeError(f"report must be bytes, is {checks.show(report)}")
+    checks.kind("report", report, bytes, "bytes")
     if not 1 <= len(report) <= _LONGEST_REPORT:
         raise ValueError(f"report must have 1 to {_LONGEST_REPORT} bytes, has {len(report)}")
     return report

@@ -153,8 +153,8 @@ def watch(
     InvalidArgument
         Names the argument.
     """
-    if callback is not None and not callable(callback):
-        raise TypeError(f"callback must be a function of an event, is {checks.show(callback)}")
+    if callback is not None:
+        checks.function("callback", callback)
     return DeviceWatch(
         callback,
         _LONGEST_S if timeout_s is None else checks.number("timeout_s", timeout_s, 0.0, _LONGEST_S),

@@ -6,6 +6,8 @@ import math
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from itertools import takewhile
+from traceback import walk_stack
 
 import numpy as np
 
@@ -29,13 +31,9 @@ _ROUNDING = 1.0 + 1e-6
 
 def warn(warning: Warning) -> None:
     """Warn of the line of the program, however many of the library's are in between."""
-    frame, level = sys._getframe().f_back, 1
-    while frame is not None:
-        level += 1
-        if frame.f_globals.get("__name__", "").partition(".")[0] != "torsio":
-            break
-        frame = frame.f_back
-    warnings.warn(warning, stacklevel=level)
+    modules = (frame.f_globals.get("__name__", "") for frame, _ in walk_stack(sys._getframe()))
+    own = takewhile(lambda name: name.partition(".")[0] == "torsio", modules)
+    warnings.warn(warning, stacklevel=1 + len(list(own)))
 
 
 def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:

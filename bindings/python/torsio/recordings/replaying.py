@@ -18,7 +18,6 @@ from torsio import protocol
 from torsio._torsio.emulator import ReplayedDevice
 from torsio.common import checks
 from torsio.common.emulated import moves_parts
-from torsio.common.short import short_repr
 from torsio.errors import Error, InvalidArgument, MalformedReport
 from torsio.printed.config import CONFIGS
 from torsio.printed.emulator_options import DeviceInput
@@ -70,8 +69,7 @@ class Replayed:
     from_inputs: bool
     answers: int
     first_difference: str
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def identical(self) -> bool:
@@ -112,10 +110,7 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
     torsio.InvalidArgument
         If a change is no field, or out of its range.
     """
-    if isinstance(recording, Recorded):
-        recorded = recording
-    else:
-        recorded = load(checks.path("recording", recording))
+    recorded = recording if isinstance(recording, Recorded) else load(recording)
     if not recorded.has_all_inputs:
         recorded = replace(recorded, inputs=[])
     versions = recorded.metadata["versions"]

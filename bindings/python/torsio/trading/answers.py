@@ -11,7 +11,6 @@ from typing import Any, Final
 from torsio.batch import Knobs
 from torsio.closed_loop import LoopOptions, reports
 from torsio.common import checks
-from torsio.common.short import short_repr
 from torsio.printed.board_costs import BOARDS
 from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
 from torsio.printed.emulator_options import EmulatorOptions
@@ -67,8 +66,7 @@ class Row:
     cpu_s: float
     wire_bytes_per_s: float | None = None
     is_on_front: bool = False
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def ns_per_tick(self) -> float:
@@ -137,8 +135,7 @@ class Trade:
     boards: tuple[BoardShare, ...]
     scene_bytes: int
     extremes: tuple[Extreme, ...]
-
-    __repr__ = short_repr
+    __repr__ = checks.short_repr
 
     @property
     def short_by_jnds(self) -> float:
