@@ -1,4 +1,4 @@
-"""Public calls name an argument of another kind: a knob, a scene, a recording, a state and others."""
+"""Public calls name an argument of another kind: knob, scene, recording, state and others."""
 
 from __future__ import annotations
 
