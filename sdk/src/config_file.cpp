@@ -222,9 +222,14 @@ void load_config(Knob& knob, std::string_view text) {
         [&](const auto&... kind) { return ((kind.name == part.name) || ...); }, kConfigKinds);
     if (!known) throw InvalidArgument("there is no configuration '" + part.name + "'");
   }
+  const auto add = [&](const auto& before, const auto& after) {
+    changes.emplace_back([&knob, after] { knob.configure(after); });
+    undo.emplace_back([&knob, before] { knob.configure(before); });
+  };
+  std::function<void()> add_last = [] {};
   // In their own order, whatever the file's: what is about other values comes behind them.
   const auto prepare = [&](const auto& kind) {
-    const auto before = (knob.*kind.get)();
+    auto before = (knob.*kind.get)();
     auto after = before;
     bool named = false;
     for (const ConfigPart& part : parts) {
@@ -233,20 +238,26 @@ void load_config(Knob& knob, std::string_view text) {
       assign_fields(part, after);
     }
     if (!named) return;
-    changes.emplace_back([&knob, after] { knob.configure(after); });
-    undo.emplace_back([&knob, before] { knob.configure(before); });
+    if constexpr (std::is_same_v<decltype(after), ActuatorConfig>) {
+      // It may change places with a pin of the board: it comes behind that, and is none meanwhile.
+      if (before.encoder_index_pin != after.encoder_index_pin) {
+        add_last = [&add, before, after] { add(before, after); };
+        before.encoder_index_pin = after.encoder_index_pin = 0;
+      }
+    }
+    add(before, after);
   };
   std::apply([&](const auto&... kind) { (prepare(kind), ...); }, kConfigKinds);
+  add_last();
   if (knob.health().owner != Owner::none) {
     throw Refused("somebody has the actuator: end it, and set it again", "not_disarmed", "command",
                   "");
   }
-  std::size_t begun = 0;
   try {
-    while (begun < changes.size()) changes[begun++]();
+    for (const auto& change : changes) change();
   } catch (...) {
-    // Also the one that threw: the knob may have taken it before the program was interrupted.
-    for (std::size_t i = 0; i < begun; ++i) try_to(undo[i]);
+    // All: the knob may have taken the one that threw before the program was interrupted.
+    for (const auto& step : undo) try_to(step);
     throw;
   }
   knob.save();

@@ -75,6 +75,28 @@ TEST_CASE(
   CHECK(knob.calibration_config().values_are == Basis::stated);
 }
 
+TEST_CASE("the index's pin and a pin of the board change places in one text, or neither moves") {
+  Knob knob = Knob::open("emulated");
+  const int light = knob.board_config().light_pin;
+  load_config(knob, R"({"actuator_config": {"encoder_index_pin": 4}})");
+  const std::string swapped = R"({"actuator_config": {"encoder_index_pin": )" +
+                              std::to_string(light) + R"(}, "board_config": {"light_pin": 4)";
+  const std::string before = dump_config(knob);
+  CHECK(contains(message_of<InvalidArgument>([&] {
+                   load_config(knob, swapped + R"(}, "shaft_config": {"knee_2_rad": 1.0}})");
+                 }),
+                 "no knee before it"));
+  CHECK(dump_config(knob) == before);
+  load_config(knob, swapped + "}}");
+  CHECK(knob.actuator_config().encoder_index_pin == light);
+  CHECK(knob.board_config().light_pin == 4);
+  CHECK(contains(message_of<InvalidArgument>([&] {
+                   load_config(knob, R"({"actuator_config": {"encoder_index_pin": 4}})");
+                 }),
+                 "encoder_index_pin is 4: this pin has another job"));
+  CHECK(knob.actuator_config().encoder_index_pin == light);
+}
+
 namespace {
 
 /// An interruption of the program, such as KeyboardInterrupt: no error of the library.
