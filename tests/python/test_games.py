@@ -173,16 +173,41 @@ def test_settings_are_refused_while_somebody_has_the_actuator(knob: torsio.Knob,
     assert knob.game_config() == before
 
 
-def test_settings_are_kept_on_the_knob() -> None:
+def test_settings_of_every_kind_are_kept_on_the_knob() -> None:
     device = "emulated:games-set"
-    arguments = ["games", "set", "--device", device, "--range-deg", "270", "--end-stiffness", "2"]
-    result = CliRunner().invoke(app, arguments)
+    words = (
+        "--range-deg 270 --end-stiffness 2 --own-damper 30 --own-friction 10 --own-inertia 20 "
+        "--own-spring 40 --constants-gain 90 --waves-gain 80 --springs-gain 70 --dampers-gain 60 "
+        "--inertias-gain 50 --frictions-gain 0 --torque-max-percent 55 --reversed --dial-coarse "
+        "--personality dial --dial-use pan --dial-detents 36 --hold-updates"
+    )
+    result = CliRunner().invoke(app, ["games", "set", "--device", device, *words.split()])
     assert result.exit_code == 0, result.output
-    assert "range_deg  270" in result.stdout
+    for shown in ("range_deg  270", "personality  dial"):
+        assert shown in result.stdout
+    wanted = torsio.GameConfig(
+        range_deg=270,
+        end_stiffness_nm_per_rad=2,
+        own_damper_percent=30,
+        own_friction_percent=10,
+        own_inertia_percent=20,
+        own_spring_percent=40,
+        constants_gain_percent=90,
+        waves_gain_percent=80,
+        springs_gain_percent=70,
+        dampers_gain_percent=60,
+        inertias_gain_percent=50,
+        frictions_gain_percent=0,
+        torque_max_percent=55,
+        reversed=True,
+        dial_coarse=True,
+        personality="dial",
+        dial_use="pan",
+        dial_detents=36,
+        join_updates=False,
+    )
     with torsio.open(device) as knob:
-        config = knob.game_config()
-        assert (config.range_deg, config.end_stiffness_nm_per_rad) == (270, 2)
-        assert config == torsio.GameConfig(range_deg=270, end_stiffness_nm_per_rad=2)
+        assert knob.game_config() == wanted
 
 
 def test_profile_keeps_a_players_settings_by_name(
@@ -214,18 +239,6 @@ def test_profile_keeps_a_players_settings_by_name(
         assert knob.game_config() == torsio.GameConfig(range_deg=270, own_damper_percent=30)
 
 
-def test_dial_is_chosen_and_kept() -> None:
-    device = "emulated:games-dial"
-    arguments = ["games", "set", "--device", device, "--personality", "dial", "--dial-use", "pan"]
-    result = CliRunner().invoke(app, [*arguments, "--dial-detents", "36"])
-    assert result.exit_code == 0, result.output
-    assert "personality  dial" in result.stdout
-    with torsio.open(device) as knob:
-        assert knob.game_config() == torsio.GameConfig(
-            personality="dial", dial_use="pan", dial_detents=36
-        )
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -233,6 +246,9 @@ def test_dial_is_chosen_and_kept() -> None:
         (["--dial-detents", "0"], "dial_detents"),
         (["--range-deg", "1"], "range_deg"),
         (["--gain", "nan"], "gain"),
+        (["--own-damper", "101"], "100"),
+        (["--waves-gain", "101"], "100"),
+        (["--torque-max-percent", "101"], "100"),
         ([], "name at least one setting"),
     ],
 )

@@ -7,6 +7,7 @@ import math
 import re
 import time
 from dataclasses import asdict, replace
+from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -172,109 +173,70 @@ def games_command(
             show(knob, out, seconds=seconds)
 
 
-def games_set_command(
-    context: typer.Context,
-    device: Device = "",
-    range_deg: Annotated[
-        float | None, typer.Option("--range-deg", help="Degrees from end to end of the axis.")
-    ] = None,
-    gain: Annotated[
-        float | None, typer.Option("--gain", help="Factor on the games' own gain, 0 to 1.")
-    ] = None,
-    torque_max_nm: Annotated[
-        float | None, typer.Option("--torque-max-nm", help="Limit of all effects together.")
-    ] = None,
-    spring_gain: Annotated[
-        float | None, typer.Option("--spring-gain", help="1: full torque at the end of the axis.")
-    ] = None,
-    end_stiffness_nm_per_rad: Annotated[
-        float | None,
-        typer.Option(
-            "--end-stiffness", help="Stiffness of walls at the ends, in N m/rad; 0: none."
-        ),
-    ] = None,
-    join_updates: Annotated[
-        bool | None,
-        typer.Option("--join-updates/--hold-updates", help="Join updates by lines, or hold each."),
-    ] = None,
-    torque_max_percent: Annotated[
-        int | None, typer.Option("--torque-max-percent", help="Largest torque, % of the motor's.")
-    ] = None,
-    own_damper_percent: Annotated[
-        int | None, typer.Option("--own-damper", help="A damper that is always felt, in %.")
-    ] = None,
-    own_friction_percent: Annotated[
-        int | None, typer.Option("--own-friction", help="Friction that is always felt, in %.")
-    ] = None,
-    own_inertia_percent: Annotated[
-        int | None, typer.Option("--own-inertia", help="An inertia that is always felt, in %.")
-    ] = None,
-    own_spring_percent: Annotated[
-        int | None, typer.Option("--own-spring", help="A spring while no game plays, in %.")
-    ] = None,
-    constants_gain_percent: Annotated[
-        int | None, typer.Option("--constants-gain", help="Gain of constant forces, in %.")
-    ] = None,
-    waves_gain_percent: Annotated[
-        int | None, typer.Option("--waves-gain", help="Gain of waves, in %.")
-    ] = None,
-    springs_gain_percent: Annotated[
-        int | None, typer.Option("--springs-gain", help="Gain of springs, in %.")
-    ] = None,
-    dampers_gain_percent: Annotated[
-        int | None, typer.Option("--dampers-gain", help="Gain of dampers, in %.")
-    ] = None,
-    inertias_gain_percent: Annotated[
-        int | None, typer.Option("--inertias-gain", help="Gain of inertias, in %.")
-    ] = None,
-    frictions_gain_percent: Annotated[
-        int | None, typer.Option("--frictions-gain", help="Gain of frictions, in %.")
-    ] = None,
-    reversed: Annotated[
-        bool | None,
-        typer.Option("--reversed/--forward", help="Axis, games' forces and dial the other way."),
-    ] = None,
-    enabled: Annotated[
-        bool | None, typer.Option("--allow/--shut-out", help="Let games use the actuator, or not.")
-    ] = None,
-    personality: Annotated[
-        str | None,
-        typer.Option("--personality", help="game_controller or dial, from the next start on."),
-    ] = None,
-    dial_use: Annotated[
-        str | None, typer.Option("--dial-use", help="Use of a dial: wheel, pan or volume.")
-    ] = None,
-    dial_detents: Annotated[
-        int | None, typer.Option("--dial-detents", help="Detents of a dial, in a turn.")
-    ] = None,
-    dial_torque_nm: Annotated[
-        float | None, typer.Option("--dial-torque-nm", help="Torque of a dial's detents; 0: none.")
-    ] = None,
-    dial_coarse: Annotated[
-        bool | None,
-        typer.Option("--dial-coarse/--dial-fine", help="Whole detents, or as the host asks."),
-    ] = None,
-    dial_fast_steps: Annotated[
-        int | None,
-        typer.Option("--dial-fast-steps", help="Steps of a fast detent; 1: as a slow one."),
-    ] = None,
-    remote_wakeup: Annotated[
-        bool | None,
-        typer.Option("--remote-wakeup/--no-remote-wakeup", help="A turn wakes the computer."),
-    ] = None,
-) -> None:
+# Fields of `GameConfig`, each with its option and help.
+_SETTINGS = {
+    "range_deg": ("--range-deg", "Degrees from end to end of the axis."),
+    "gain": ("--gain", "Factor on the games' own gain, 0 to 1."),
+    "torque_max_nm": ("--torque-max-nm", "Limit of all effects together."),
+    "spring_gain": ("--spring-gain", "1: full torque at the end of the axis."),
+    "end_stiffness_nm_per_rad": (
+        "--end-stiffness",
+        "Stiffness of walls at the ends, in N m/rad; 0: none.",
+    ),
+    "join_updates": ("--join-updates/--hold-updates", "Join updates by lines, or hold each."),
+    "torque_max_percent": ("--torque-max-percent", "Largest torque, % of the motor's."),
+    "own_damper_percent": ("--own-damper", "A damper that is always felt, in %."),
+    "own_friction_percent": ("--own-friction", "Friction that is always felt, in %."),
+    "own_inertia_percent": ("--own-inertia", "An inertia that is always felt, in %."),
+    "own_spring_percent": ("--own-spring", "A spring while no game plays, in %."),
+    "constants_gain_percent": ("--constants-gain", "Gain of constant forces, in %."),
+    "waves_gain_percent": ("--waves-gain", "Gain of waves, in %."),
+    "springs_gain_percent": ("--springs-gain", "Gain of springs, in %."),
+    "dampers_gain_percent": ("--dampers-gain", "Gain of dampers, in %."),
+    "inertias_gain_percent": ("--inertias-gain", "Gain of inertias, in %."),
+    "frictions_gain_percent": ("--frictions-gain", "Gain of frictions, in %."),
+    "reversed": ("--reversed/--forward", "Axis, games' forces and dial the other way."),
+    "enabled": ("--allow/--shut-out", "Let games use the actuator, or not."),
+    "personality": ("--personality", "game_controller or dial, from the next start on."),
+    "dial_use": ("--dial-use", "Use of a dial: wheel, pan or volume."),
+    "dial_detents": ("--dial-detents", "Detents of a dial, in a turn."),
+    "dial_torque_nm": ("--dial-torque-nm", "Torque of a dial's detents; 0: none."),
+    "dial_coarse": ("--dial-coarse/--dial-fine", "Whole detents, or as the host asks."),
+    "dial_fast_steps": ("--dial-fast-steps", "Steps of a fast detent; 1: as a slow one."),
+    "remote_wakeup": ("--remote-wakeup/--no-remote-wakeup", "A turn wakes the computer."),
+}
+
+
+def games_set_command(device: str = "", **settings: Any) -> None:
     """Set a player's settings, and keep them on the knob. Settings that are not named stay."""
-    changes: dict[str, float | bool | str] = {
-        name: value
-        for name, value in context.params.items()
-        if name != "device" and value is not None
-    }
+    changes = {name: value for name, value in settings.items() if value is not None}
     if not changes:
         raise typer.BadParameter("name at least one setting; see torsio games set --help")
     with opened(device, out) as knob:
         config = change(knob, changes)
     for name in changes:
         out.print(f"{name}  {value_text(name, getattr(config, name))}")
+
+
+def _keyword(name: str, annotation: Any, default: Any) -> Parameter:
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def _set_options() -> Signature:
+    """Give what typer makes the options of `games set` of."""
+    config = GameConfig()
+    options = [
+        _keyword(
+            name,
+            Annotated[type(getattr(config, name)) | None, typer.Option(option, help=about)],
+            None,
+        )
+        for name, (option, about) in _SETTINGS.items()
+    ]
+    return Signature([_keyword("device", Device, ""), *options])
+
+
+games_set_command.__signature__ = _set_options()  # type: ignore[attr-defined]
 
 
 ProfileName = Annotated[str, typer.Argument(metavar="NAME", help="Letters, digits, - and _.")]
