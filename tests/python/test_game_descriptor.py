@@ -7,72 +7,18 @@ kernel 6.1 or since 6.12. The fields' bytes are those that docs/reference/games.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 
 import pytest
 from hidtools.hid import ReportDescriptor
 
+from tests.python.hid_fields import Field, fields, report_bytes
 from torsio._torsio import emulator
 
 PID, DESKTOP, BUTTON = 0x0F << 16, 0x01 << 16, 0x09 << 16
 EFFECT_TYPES = [PID | u for u in (0x26, 0x27, *range(0x30, 0x35), *range(0x40, 0x44))]
 
 
-@dataclass(frozen=True)
-class Field:
-    kind: str  # "Input", "Output" or "Feature"
-    report: int
-    logical: tuple[int, ...]  # usages of the logical collections round it, outermost first
-    usages: tuple[int, ...]
-    variable: bool
-    constant: bool
-    minimum: int
-    maximum: int
-    exponent: int
-    bits: int
-    count: int
-
-
-def _fields() -> list[Field]:
-    """Apply the rules of HID 1.11, 6.2.2 to the items that hid-tools finds."""
-    descriptor = ReportDescriptor.from_bytes(emulator.usb_report_descriptor(1))
-    state: dict[str, int] = {"Physical Maximum": 0, "Unit": 0, "Unit Exponent": 0}
-    usages: list[int] = []
-    collections: list[tuple[int, int]] = []
-    fields = []
-    for item in descriptor.rdesc_items:
-        if item.item == "Usage":
-            usages.append((state["Usage Page"] << 16) | item.value)
-        elif item.item == "Collection":
-            collections.append((item.value, usages[-1]))
-            usages = []
-        elif item.item == "End Collection":
-            collections.pop()
-        elif item.item in ("Input", "Output", "Feature"):
-            exponent = state["Unit Exponent"] & 0x0F
-            fields.append(
-                Field(
-                    kind=item.item,
-                    report=state["Report ID"],
-                    logical=tuple(usage for kind, usage in collections if kind == 2),
-                    usages=tuple(usages),
-                    variable=bool(item.value & 2),
-                    constant=bool(item.value & 1),
-                    minimum=state["Logical Minimum"],
-                    maximum=state["Logical Maximum"],
-                    exponent=exponent - 16 if exponent > 7 else exponent,
-                    bits=state["Report Size"],
-                    count=state["Report Count"],
-                )
-            )
-            usages = []
-        else:
-            state[item.item] = item.value
-    assert collections == []
-    return fields
-
-
-FIELDS = _fields()
+FIELDS = fields(emulator.usb_report_descriptor(1))
 
 
 def _report(kind: str, usage: int) -> list[Field]:
@@ -82,14 +28,14 @@ def _report(kind: str, usage: int) -> list[Field]:
     return [f for f in FIELDS if f.kind == kind and f.report in ids and not f.constant]
 
 
-def _value(fields: list[Field], usage: int) -> Field:
-    (found,) = [f for f in fields if PID | usage in f.usages and f.variable]
+def _value(report: list[Field], usage: int) -> Field:
+    (found,) = [f for f in report if PID | usage in f.usages and f.variable]
     assert found.count == len(found.usages)  # else hid-pidff does not look at it
     return found
 
 
-def _array(fields: list[Field], usage: int) -> Field:
-    (found,) = [f for f in fields if f.logical[-1:] == (PID | usage,) and not f.variable]
+def _array(report: list[Field], usage: int) -> Field:
+    (found,) = [f for f in report if f.logical[-1:] == (PID | usage,) and not f.variable]
     assert found.count == 1
     assert found.minimum == 1
     assert found.maximum == len(found.usages)
@@ -135,9 +81,8 @@ def test_first_input_is_axis_and_two_buttons() -> None:
 def test_report_has_every_value_that_the_driver_looks_for(
     kind: str, usage: int, values: tuple[int, ...]
 ) -> None:
-    fields = _report(kind, usage)
     for value in values:
-        _value(fields, value)
+        _value(_report(kind, usage), value)
 
 
 def test_effect_types_are_the_same_in_set_effect_and_create_new_effect() -> None:
@@ -179,13 +124,10 @@ def test_logical_limits_fit_sixteen_signed_bits_and_their_field() -> None:
 
 def test_every_report_has_one_kind_and_whole_bytes() -> None:
     for report in {f.report for f in FIELDS}:
-        fields = [f for f in FIELDS if f.report == report]
-        assert len({f.kind for f in fields}) == 1
-        assert sum(f.bits * f.count for f in fields) % 8 == 0
-    sizes = {
-        report: 1 + sum(f.bits * f.count for f in FIELDS if f.report == report) // 8
-        for report in sorted({f.report for f in FIELDS})
-    }
+        of_report = [f for f in FIELDS if f.report == report]
+        assert len({f.kind for f in of_report}) == 1
+        assert sum(f.bits * f.count for f in of_report) % 8 == 0
+    sizes = {report: size for (_, report), size in report_bytes(FIELDS).items()}
     assert sizes == {
         **{0x01: 4, 0x02: 4, 0x11: 17, 0x12: 10, 0x13: 15, 0x14: 10, 0x15: 4, 0x16: 6},
         **{0x1A: 4, 0x1B: 2, 0x1C: 2, 0x1D: 3, 0x21: 4, 0x22: 5, 0x23: 5},
