@@ -201,13 +201,6 @@ TEST_CASE("a loop count of 255 has no end") {
   CHECK(rig.outputs.motor_command_nm == Approx(kFull));
 }
 
-TEST_CASE("a duration of zero, as Linux 6.1 sends it, is without end") {
-  GameRig rig;
-  rig.play_constant(32767, lasting(0));
-  rig.tick(5000);
-  CHECK(rig.outputs.motor_command_nm == Approx(kFull));
-}
-
 TEST_CASE("effect gain, device gain and the user's gain multiply; the cap holds the sum") {
   GameRig rig;
   rig.configure([](protocol::GameConfig& config) { config.gain = 0.5F; });
@@ -222,14 +215,6 @@ TEST_CASE("effect gain, device gain and the user's gain multiply; the cap holds 
   for (int i = 0; i < 3; ++i) full.play_constant(32767);
   full.tick(3);
   CHECK(full.outputs.motor_command_nm == Approx(kFull));
-}
-
-TEST_CASE("the cap is never above the motor's own") {
-  GameRig rig;
-  rig.configure([](protocol::GameConfig& config) { config.torque_max_nm = 50; });
-  rig.play_constant(32767);
-  rig.tick(3);
-  CHECK(rig.outputs.motor_command_nm == Approx(0.085));
 }
 
 TEST_CASE("updates in every millisecond are joined by lines, whatever the tick rate") {

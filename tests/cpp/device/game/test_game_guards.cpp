@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include "device/game/game_rig.hpp"
@@ -112,42 +111,6 @@ TEST_CASE("springs count by their stiffer side, and whichever way they push") {
   CHECK(torque_nm({0, 32767}) == about(-both));
   CHECK(torque_nm({-32767, 0}) == about(-both));
   CHECK(torque_nm({0, -32767}) == about(both));
-}
-
-TEST_CASE("friction holds its saturation, each side its own") {
-  for (const bool positive : {true, false}) {
-    GameRig rig;
-    GameRig::ConditionOptions options;
-    (positive ? options.positive_saturation : options.negative_saturation) = 8192;
-    rig.play_condition(kFriction, options);
-    rig.tick(2);
-    rig.turn(positive ? 20 : -20, 400);
-    CHECK(rig.outputs.motor_command_nm == about(positive ? -0.02 : 0.02));
-    rig.turn(positive ? -20 : 20, 400);
-    CHECK(rig.outputs.motor_command_nm == about(positive ? 0.08 : -0.08));
-  }
-}
-
-TEST_CASE("friction's bristle is no stiffer than the encoder allows either") {
-  // docs/reference/games.md: J (4 f / (pi T tau))^2 at a torque T, and 2 f / d as for a spring. At
-  // 20 kHz the second is the lower one.
-  constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kMotorLagS = 44e-6;
-  for (const double period_s : {1e-3, 5e-5}) {
-    for (const int coefficient : {20'000, 32'767}) {
-      GameRig rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)));
-      GameRig::ConditionOptions options;
-      options.positive = options.negative = coefficient;
-      rig.play_condition(kFriction, options);
-      rig.tick(2);
-      rig.turn(1, 1);
-      const double torque = 0.08 * coefficient / 32767;
-      const double delay_s = 1.5 * period_s + kMotorLagS;
-      const double stable =
-          kInertiaKgM2 * std::pow(4 * kCoulombNm / (std::numbers::pi * torque * delay_s), 2);
-      const double most = std::min(stable, 2 * kCoulombNm / kCountRad);
-      CHECK(rig.outputs.motor_command_nm == about(-most * kCountRad));
-    }
-  }
 }
 
 TEST_CASE("a wave faster than the loop can render still alternates, and one of no period is none") {

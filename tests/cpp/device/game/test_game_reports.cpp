@@ -206,15 +206,6 @@ TEST_CASE("the effects of two games' endpoints interleave: each report finds its
   CHECK(rig.outputs.motor_command_nm == about(0.08 * 10000 / 32767));
 }
 
-TEST_CASE("newest wins: any number of updates between two ticks leave only the last") {
-  GameRig rig;
-  const int block = rig.play_constant(0);
-  rig.tick(5);
-  for (int n = 1; n <= 10000; ++n) rig.constant(block, n);
-  rig.tick(2);
-  CHECK(rig.outputs.motor_command_nm == Approx(0.08 * 10000 / 32767));
-}
-
 TEST_CASE("ten thousand updates a second for a minute build up no delay") {
   GameRig rig;
   std::array<int, 40> blocks{};
