@@ -105,14 +105,18 @@ def read_list(path: Path) -> list[Place]:
             raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ' or '# '")
         last = kind
     for place in places:
-        for text in (_marked(place)[1], *(one.text for one in place.replacements)):
-            if any(text.count(pair[0]) != text.count(pair[1]) for pair in ("()", "{}", "[]")):
-                raise BadList(f"{place.where}: '{text}' opens a bracket that it does not close")
-        if not place.file:
-            raise BadList(f"{place.where}: say which file first, in a line 'file NAME'")
-        if not place.replacements:
-            raise BadList(f"{place.where}: a place without a mutant; add a line that begins with +")
+        _check(place)
     return places
+
+
+def _check(place: Place) -> None:
+    for text in (_marked(place)[1], *(one.text for one in place.replacements)):
+        if any(text.count(pair[0]) != text.count(pair[1]) for pair in ("()", "{}", "[]")):
+            raise BadList(f"{place.where}: '{text}' opens a bracket that it does not close")
+    if not place.file:
+        raise BadList(f"{place.where}: say which file first, in a line 'file NAME'")
+    if not place.replacements:
+        raise BadList(f"{place.where}: a place without a mutant; add a line that begins with +")
 
 
 def read_lists(folder: Path = HERE / "mutants") -> list[Place]:

@@ -8,7 +8,7 @@ of motor and brake in closed form. It is some 10,000 times slower than the emula
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, cast
 
@@ -20,6 +20,7 @@ from torsio.printed.hands import Hand, ImpedanceHand, TorqueHand
 from torsio.printed.plant import PlantParams
 
 Array = npt.NDArray[np.float64]
+Lag = Callable[[float], float]
 
 PLANT: Final = PlantParams()
 """The plant of the study."""
@@ -85,6 +86,68 @@ class Truth:
     friction_events: int
 
 
+def _approaching(begin: float, begin_nm: float, end_nm: float, time_constant_s: float) -> Lag:
+    return lambda t: end_nm + (begin_nm - end_nm) * math.exp(-(t - begin) / time_constant_s)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """What acts while the commands are held and the hand's torque is a line."""
+
+    plant: PlantParams
+    hand: HandTorque
+    start: float
+    force: float
+    slope: float
+    motor: Lag
+    brake: Lag
+
+    def demands(self, t: float, y: Array) -> tuple[float, float]:
+        """Return the torque on each shaft without its friction."""
+        p, hand = self.plant, self.hand
+        spring = p.shaft_stiffness_nm_per_rad * (y[0] - y[1])
+        spring += p.shaft_damping_nm_s_per_rad * (y[2] - y[3])
+        push = self.force + self.slope * (t - self.start) - hand.stiffness_nm_per_rad * y[0]
+        push -= hand.damping_nm_s_per_rad * y[2]
+        knob = push + self.motor(t) - spring - p.knob_viscous_nm_s_per_rad * y[2]
+        return knob, spring - p.brake_viscous_nm_s_per_rad * y[3]
+
+    def capacity(self, shaft: int, t: float) -> float:
+        """Return what a shaft's friction holds."""
+        if shaft:
+            return self.brake(t) + self.plant.brake_drag_nm
+        return self.plant.knob_coulomb_nm
+
+    def rates(self, mode: Sequence[int]) -> Callable[[float, Array], list[float]]:
+        """Return the derivative for shafts that rest (0) or slip in a direction."""
+        p = self.plant
+        inertia = (p.knob_inertia_kg_m2 + self.hand.inertia_kg_m2, p.brake_inertia_kg_m2)
+
+        def of(t: float, y: Array) -> list[float]:
+            torque = self.demands(t, y)
+            speedup = [
+                (torque[i] - mode[i] * self.capacity(i, t)) / inertia[i] if mode[i] else 0.0
+                for i in (0, 1)
+            ]
+            return [y[2], y[3], *speedup]
+
+        return of
+
+    def room(self, shaft: int, direction: int) -> Callable[[float, Array], float]:
+        """Return what falls to zero where a shaft stops, or where one at rest begins to slip."""
+
+        def slipping(_t: float, y: Array) -> float:
+            return float(direction * y[2 + shaft])
+
+        def held(t: float, y: Array) -> float:
+            return self.capacity(shaft, t) - abs(self.demands(t, y)[shaft])
+
+        event: Any = slipping if direction else held
+        event.terminal = True
+        event.direction = -1
+        return cast(Callable[[float, Array], float], event)
+
+
 @dataclass
 class _Run:
     plant: PlantParams
@@ -101,96 +164,50 @@ class _Run:
 
     def advance(self, end: float, motor_command_nm: float, brake_command_nm: float) -> None:
         """Go on while the commands are held."""
-        p, hand = self.plant, self.hand
-        begin, motor_begin, brake_begin = self.t, self.motor_nm, self.brake_nm
-        inertia = (p.knob_inertia_kg_m2 + hand.inertia_kg_m2, p.brake_inertia_kg_m2)
-
-        def motor(t: float) -> float:
-            gap = motor_begin - motor_command_nm
-            return motor_command_nm + gap * math.exp(-(t - begin) / p.motor_time_constant_s)
-
-        def brake(t: float) -> float:
-            gap = brake_begin - brake_command_nm
-            return brake_command_nm + gap * math.exp(-(t - begin) / p.brake_time_constant_s)
-
+        p = self.plant
+        motor = _approaching(self.t, self.motor_nm, motor_command_nm, p.motor_time_constant_s)
+        brake = _approaching(self.t, self.brake_nm, brake_command_nm, p.brake_time_constant_s)
         while self.t < end:
-            force, slope, piece_end = hand.piece(self.t)
-            until = min(end, piece_end)
-            start = self.t
-
-            def demands(
-                t: float, y: Array, force: float = force, slope: float = slope, start: float = start
-            ) -> tuple[float, float]:
-                spring = p.shaft_stiffness_nm_per_rad * (y[0] - y[1])
-                spring += p.shaft_damping_nm_s_per_rad * (y[2] - y[3])
-                push = force + slope * (t - start) - hand.stiffness_nm_per_rad * y[0]
-                push -= hand.damping_nm_s_per_rad * y[2]
-                knob = push + motor(t) - spring - p.knob_viscous_nm_s_per_rad * y[2]
-                return knob, spring - p.brake_viscous_nm_s_per_rad * y[3]
-
-            def capacity(shaft: int, t: float) -> float:
-                return brake(t) + p.brake_drag_nm if shaft else p.knob_coulomb_nm
-
+            force, slope, piece_end = self.hand.piece(self.t)
+            piece = _Piece(p, self.hand, self.t, force, slope, motor, brake)
             # A shaft at rest goes when the torque on it is more than friction holds.
-            for shaft, demand in enumerate(demands(self.t, self.y)):
-                if not self.mode[shaft] and abs(demand) > capacity(shaft, self.t) * (1 + 1e-13):
-                    self.mode[shaft] = 1 if demand > 0 else -1
-            mode = tuple(self.mode)
-
-            def rates(
-                t: float,
-                y: Array,
-                mode: tuple[int, ...] = mode,
-                demands: Callable[[float, Array], tuple[float, float]] = demands,
-            ) -> list[float]:
-                torque = demands(t, y)
-                speedup = [
-                    (torque[i] - mode[i] * capacity(i, t)) / inertia[i] if mode[i] else 0.0
-                    for i in (0, 1)
-                ]
-                return [y[2], y[3], *speedup]
-
-            def room(
-                shaft: int,
-                mode: tuple[int, ...] = mode,
-                demands: Callable[[float, Array], tuple[float, float]] = demands,
-            ) -> Callable[[float, Array], float]:
-                def slipping(_t: float, y: Array) -> float:
-                    return float(mode[shaft] * y[2 + shaft])
-
-                def held(t: float, y: Array) -> float:
-                    return capacity(shaft, t) - abs(demands(t, y)[shaft])
-
-                event: Any = slipping if mode[shaft] else held
-                event.terminal = True
-                event.direction = -1
-                return cast(Callable[[float, Array], float], event)
-
-            solution = solve_ivp(
-                rates,
-                (self.t, until),
-                self.y,
-                method=self.method,
-                rtol=self.rtol,
-                atol=1e-3 * self.rtol,
-                first_step=min(2e-5, until - self.t),
-                events=[room(0), room(1)],
-            )
-            if not solution.success:
-                raise RuntimeError(f"SciPy gave up: {solution.message}")
-            self.y = solution.y[:, -1].copy()
-            self.t = float(solution.t[-1])
-            stops = cast(list[Array], solution.t_events)
-            for shaft in (0, 1):
-                if stops[shaft].size:
-                    self.events += 1
-                    if mode[shaft]:
-                        self.mode[shaft] = 0
-                        self.y[2 + shaft] = 0.0
-                    else:
-                        self.mode[shaft] = 1 if demands(self.t, self.y)[shaft] > 0 else -1
+            for shaft, demand in enumerate(piece.demands(self.t, self.y)):
+                if not self.mode[shaft] and abs(demand) > piece.capacity(shaft, self.t) * (
+                    1 + 1e-13
+                ):
+                    self._let_go(shaft, demand)
+            self._go(piece, min(end, piece_end))
         self.motor_nm, self.brake_nm = motor(end), brake(end)
         self.t = end
+
+    def _go(self, piece: _Piece, until: float) -> None:
+        """Go on to the next stop or slip of a shaft."""
+        solution = solve_ivp(
+            piece.rates(tuple(self.mode)),
+            (self.t, until),
+            self.y,
+            method=self.method,
+            rtol=self.rtol,
+            atol=1e-3 * self.rtol,
+            first_step=min(2e-5, until - self.t),
+            events=[piece.room(shaft, self.mode[shaft]) for shaft in (0, 1)],
+        )
+        if not solution.success:
+            raise RuntimeError(f"SciPy gave up: {solution.message}")
+        self.y = solution.y[:, -1].copy()
+        self.t = float(solution.t[-1])
+        for shaft, stops in enumerate(cast(list[Array], solution.t_events)):
+            if not stops.size:
+                continue
+            self.events += 1
+            if self.mode[shaft]:
+                self.mode[shaft] = 0
+                self.y[2 + shaft] = 0.0
+            else:
+                self._let_go(shaft, piece.demands(self.t, self.y)[shaft])
+
+    def _let_go(self, shaft: int, demand: float) -> None:
+        self.mode[shaft] = 1 if demand > 0 else -1
 
 
 def simulate_truth(
