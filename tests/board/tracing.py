@@ -98,7 +98,7 @@ def traced(board: EmulatedPico) -> Iterator[Trace]:
     _read(board.do("passed"), trace)
 
 
-def _read(passed: list[Any], trace: Trace) -> None:
+def _read(passed: list[Any], trace: Trace) -> None:  # noqa: C901 - a table
     """Put calls of the main loop, which ticks interrupt, to where they took effect.
 
     A host's action takes effect where an order is given; a service without an order where it
