@@ -312,6 +312,17 @@ GROUPS = {
     ),
 }
 EVERY_CHANGE = [name for name, group in GROUPS.items() if not group.slow]
+
+
+def table() -> str:
+    """Print the groups for ``CONTRIBUTING.md``."""
+    rows = [
+        f"| `{name}`{' (slow)' if group.slow else ''} | {group.proves} | {', '.join(group.needs)} |"
+        for name, group in GROUPS.items()
+    ]
+    return "\n".join(["| group | proves | builds |", "|---|---|---|", *rows]) + "\n"
+
+
 # Groups for pytest's own words where no group or path is named. They need the least.
 QUICK = ("library", "cpp")
 # Words of pytest's that leave out no test.
