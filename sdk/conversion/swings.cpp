@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <memory>
 #include <numbers>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <vector>
@@ -60,13 +61,16 @@ class Played {
 
   /// Positions that something is about, in counts.
   std::vector<std::int64_t> places{0};
+  bool plays = false;         // anything at all
+  bool feels_motion = false;  // speed or acceleration matter
 
  private:
   template <class Report>
   void take(const protocol::ReportBytes& bytes, Report& report) {
     if (bytes[0] != protocol::Layout<Report>::id || !protocol::decode(bytes, report).ok()) return;
+    plays = true;
     protocol::Layout<Report>::fields.apply(
-        [&](const auto&... field) { (add_place(report.*field.member), ...); });
+        [&](const auto&... field) { (look_at(field.name, report.*field.member), ...); });
     if constexpr (requires { report.target; }) {
       core::Effect& effect = scene_->effect.at(scene_->active);
       if (device::prepare(report, resolution_, effect).ok()) {
@@ -86,9 +90,12 @@ class Played {
   }
 
   template <class Value>
-  void add_place(const Value& value) {
+  void look_at(std::string_view name, const Value& value) {
     if constexpr (std::is_same_v<Value, std::int64_t>) {
       places.push_back(core::make_origin(value, resolution_.counts_per_rev).counts);
+    } else if constexpr (std::is_same_v<Value, float>) {
+      const bool moves = name.ends_with("_s_per_rad") || name.ends_with("_kg_m2");
+      feels_motion = feels_motion || (moves && value != 0.0F);
     }
   }
 
@@ -116,19 +123,25 @@ class Loop {
       const Complex speed = rate * filter * filter;
       tones_.at(i) = {rad_s, speed, rate * speed, std::polar(1.0, -rad_s * late_s)};
     }
+    for (std::size_t i = 0; i < phases_.size(); ++i) {
+      phases_.at(i) = std::polar(1.0, kTwoPi * static_cast<double>(i) / kPhases);
+    }
     for (const std::int64_t place : played.places) look_round(place);
   }
 
   [[nodiscard]] bool swings() const {
     for (double swing_rad = 0.5 * double{parts_.rad_per_count}; swing_rad < kWidestRad;
          swing_rad *= 1.2) {
-      const std::int64_t middle_counts = steepest(swing_rad);
+      const Swing swing = make_swing(swing_rad);
       // By Nyquist's criterion: what grows turns it the other way round.
       double turned_rad = 0.0;
+      Complex pushes;
       Complex before;
       for (const Tone& tone : tones_) {
-        const Complex now = at(middle_counts, swing_rad, tone);
-        if (&tone != &tones_.front()) turned_rad += std::arg(now * std::conj(before));
+        const bool is_first = &tone == &tones_.front();
+        if (is_first || played_.feels_motion) pushes = push(swing, tone);
+        const Complex now = at(pushes, swing_rad, tone);
+        if (!is_first) turned_rad += std::arg(now * std::conj(before));
         before = now;
       }
       if (turned_rad < 0.0) return true;
@@ -137,6 +150,14 @@ class Loop {
   }
 
  private:
+  /// A swing's way once round, and what the scene remembers before.
+  struct Swing {
+    double rad = 0.0;
+    double rest_nm = 0.0;  // in its middle
+    core::SceneState state{};
+    std::array<core::Motion, kPhases> way{};
+  };
+
   /// Torques within half a turn of a place, of a knob on the way there and on the way back.
   struct Surroundings {
     std::int64_t begin_counts = 0;
@@ -161,7 +182,8 @@ class Loop {
     for (std::size_t i = 0; i < kSamples; ++i) {
       motion.position_counts = begin + std::llround(counts_of_sample(static_cast<double>(i)));
       motion.speed_rad_s = 1.0F;
-      round.there_nm.at(i) = played_.torque_nm(state, motion);
+      round.there_nm.at(i) = round.back_nm.at(i) = played_.torque_nm(state, motion);
+      if (!played_.feels_motion) continue;
       motion.speed_rad_s = -1.0F;
       round.back_nm.at(i) = played_.torque_nm(state, motion);
     }
@@ -171,48 +193,66 @@ class Loop {
   [[nodiscard]] std::int64_t steepest(double swing_rad) const {
     const auto half = static_cast<std::size_t>(std::max(swing_rad * kSamples / kTwoPi, 1.0));
     double most_nm = -1.0;
-    std::int64_t middle = 0;
+    std::size_t middle = 0;
+    const Surroundings* where = nullptr;
     for (const Surroundings& round : round_) {
-      for (std::size_t i = half; i + half < kSamples; ++i) {
-        const double nm = round.back_nm.at(i - half) - round.there_nm.at(i + half);
+      const auto back = std::span(round.back_nm).first(kSamples - 2 * half);
+      const auto there = std::span(round.there_nm).last(back.size());
+      for (std::size_t i = 0; i < back.size(); ++i) {
+        const double nm = back[i] - there[i];
         if (nm <= most_nm) continue;
         most_nm = nm;
-        middle = round.begin_counts + std::llround(counts_of_sample(static_cast<double>(i)));
+        middle = half + i;
+        where = &round;
       }
     }
-    return middle;
+    if (where == nullptr) return 0;
+    return where->begin_counts + std::llround(counts_of_sample(static_cast<double>(middle)));
+  }
+
+  /// A swing round the steepest place. What the scene remembers depends on the way alone, so once
+  /// round is enough for all tones.
+  [[nodiscard]] Swing make_swing(double swing_rad) const {
+    Swing swing{.rad = swing_rad};
+    core::Motion motion;
+    const std::int64_t middle_counts = motion.position_counts = steepest(swing_rad);
+    swing.rest_nm = played_.torque_nm(swing.state, motion);
+    for (std::size_t i = 0; i < phases_.size(); ++i) {
+      const std::int64_t before = motion.position_counts;
+      motion.position_counts = middle_counts + std::llround(swing_rad * phases_.at(i).imag() /
+                                                            double{parts_.rad_per_count});
+      motion.delta_rad = static_cast<float>(motion.position_counts - before) * parts_.rad_per_count;
+      if (i < kPhases) {
+        static_cast<void>(played_.torque_nm(swing.state, motion));
+      } else {
+        swing.way.at(i - kPhases) = motion;
+      }
+    }
+    return swing;
   }
 
   /// The device's answer to the knob's swing, as a share of it: the describing function of scene
   /// and motor.
-  [[nodiscard]] Complex push(std::int64_t middle_counts, double swing_rad, const Tone& tone) const {
-    core::SceneState state;
-    core::Motion motion;
-    motion.position_counts = middle_counts;
-    const double rest_nm = played_.torque_nm(state, motion);
+  [[nodiscard]] Complex push(const Swing& swing, const Tone& tone) const {
+    core::SceneState state = swing.state;
     const double motor_nm = double{parts_.motor_torque_max_nm};
     Complex sum;
-    // Once round for what remembers.
-    for (std::size_t i = 0; i < 2 * kPhases; ++i) {
-      const Complex phase = std::polar(1.0, kTwoPi * static_cast<double>(i) / kPhases);
-      const std::int64_t before = motion.position_counts;
-      motion.position_counts =
-          middle_counts + std::llround(swing_rad * phase.imag() / double{parts_.rad_per_count});
-      motion.delta_rad = static_cast<float>(motion.position_counts - before) * parts_.rad_per_count;
-      motion.speed_rad_s = static_cast<float>(swing_rad * (tone.speed * phase).imag());
+    for (std::size_t i = 0; i < kPhases; ++i) {
+      const Complex phase = phases_.at(kPhases + i);
+      core::Motion motion = swing.way.at(i);
+      motion.speed_rad_s = static_cast<float>(swing.rad * (tone.speed * phase).imag());
       motion.acceleration_rad_s2 =
-          static_cast<float>(swing_rad * (tone.acceleration * phase).imag());
-      const double nm = std::clamp(played_.torque_nm(state, motion) - rest_nm, -motor_nm, motor_nm);
-      if (i >= kPhases) sum += nm * std::conj(phase);
+          static_cast<float>(swing.rad * (tone.acceleration * phase).imag());
+      const double nm = played_.torque_nm(state, motion) - swing.rest_nm;
+      sum += std::clamp(nm, -motor_nm, motor_nm) * std::conj(phase);
     }
-    return sum * Complex(0.0, -2.0 / (kPhases * swing_rad));
-  }
-
-  [[nodiscard]] Complex at(std::int64_t middle_counts, double swing_rad, const Tone& tone) const {
-    Complex pushes = push(middle_counts, swing_rad, tone);
+    const Complex pushes = sum * Complex(0.0, -2.0 / (kPhases * swing.rad));
     // (8'): a count is a step of the torque.
     const double step_nm = 0.5 * std::abs(pushes) * double{parts_.rad_per_count};
-    pushes /= std::max(1.0 - step_nm / double{parts_.motor_torque_max_nm}, 0.01);
+    return pushes / std::max(1.0 - step_nm / motor_nm, 0.01);
+  }
+
+  [[nodiscard]] Complex at(Complex pushes, double swing_rad, const Tone& tone) const {
     // The brake's part of a spring does not come late.
     const double carried = std::min(double{parts_.spring_stiffness_nm_per_rad},
                                     double{parts_.brake_share} * std::max(pushes.real(), 0.0));
@@ -225,6 +265,7 @@ class Loop {
   const Played& played_;
   core::Parts parts_;
   std::array<Tone, kTones> tones_;
+  std::array<Complex, 2 * kPhases> phases_;  // the first time round for what remembers
   std::vector<Surroundings> round_;
 };
 
@@ -237,6 +278,7 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
       core::make_resolution(actuator.counts_per_rev, control_period_ns);
   const bool bounds = core::traits(static_cast<core::Law>(control.law)).bounds;
   const Played played(reports, resolution, bounds);
+  if (!played.plays) return {};
   const core::Parts parts = device::parts(actuator, control, resolution);
   if (!Loop(played, parts, double{control.speed_bandwidth_hz}).swings()) return {};
   const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
