@@ -71,21 +71,27 @@ class ByName:
 
         def __new__(cls, *values, **named):
             """Say what is wrong with a call in the terms of the class."""
-            if not is_dataclass(cls):
-                given = ", ".join(one.__name__ for one in cls.__subclasses__())
-                raise TypeError(f"{cls.__name__} has no values itself; there are {given}")
-            known = [of.name for of in fields(cls)]
-            by_place = [of.name for of in fields(cls) if not of.kw_only]
-            if len(values) > len(by_place):
-                first = " ".join(f"{name}=...," for name in known[: len(values)]).strip(",")
-                raise TypeError(
-                    f"{cls.__name__} takes its values by name, in SI units: "
-                    f"{cls.__name__}({first}); its fields are {', '.join(known)}"
-                )
-            for name in named:
-                if name not in known:
-                    raise TypeError(_unknown(cls.__name__, name, known))
+            known = getattr(cls, "__dataclass_fields__", None)
+            if known is None or values or not named.keys() <= known.keys():
+                _refuse_unknown(cls, values, named)
             return super().__new__(cls)
+
+
+def _refuse_unknown(cls: type[Any], values: tuple[Any, ...], named: dict[str, Any]) -> None:
+    if not is_dataclass(cls):
+        given = ", ".join(one.__name__ for one in cls.__subclasses__())
+        raise TypeError(f"{cls.__name__} has no values itself; there are {given}")
+    known = [of.name for of in fields(cls)]
+    by_place = [of.name for of in fields(cls) if not of.kw_only]
+    if len(values) > len(by_place):
+        first = " ".join(f"{name}=...," for name in known[: len(values)]).strip(",")
+        raise TypeError(
+            f"{cls.__name__} takes its values by name, in SI units: "
+            f"{cls.__name__}({first}); its fields are {', '.join(known)}"
+        )
+    for name in named:
+        if name not in known:
+            raise TypeError(_unknown(cls.__name__, name, known))
 
 
 def _unknown(kind: str, name: str, known: list[str]) -> str:

@@ -22,7 +22,7 @@ from torsio.knob.steps import Steps
 from torsio.knob.telemetry import KnobTelemetry
 from torsio.knob.warnings import held_low, no_speed_limit, unlikely
 from torsio.printed.config_questions import ConfigQuestions
-from torsio.printed.scenes import Excitation, Scene
+from torsio.printed.scenes import Effect, Excitation, Scene
 from torsio.printed.told import (
     Clock,
     DeviceInfo,
@@ -261,10 +261,13 @@ class Knob(ConfigQuestions):
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
         """
-        if isinstance(scene, Iterable) and not isinstance(scene, Sized):
-            # It may have no end: one effect too many is enough to refuse it.
-            scene = list(islice(scene, _MAX_EFFECTS + 1))
-        effects = list(scene) if isinstance(scene, Iterable) else [scene]
+        if isinstance(scene, Effect):
+            effects = [scene]
+        else:
+            if isinstance(scene, Iterable) and not isinstance(scene, Sized):
+                # It may have no end: one effect too many is enough to refuse it.
+                scene = list(islice(scene, _MAX_EFFECTS + 1))
+            effects = list(scene) if isinstance(scene, Iterable) else [scene]
         swings = self._knob.play(scene)
         self._recording.awaits_arm = bool(effects) and self.state == "disarmed"
         self._recording.note("play", scene=effects)

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from itertools import takewhile
 from traceback import walk_stack
 
-import numpy as np
-
 from torsio.errors import DisarmedWarning, HeldLowWarning, NoSpeedLimitWarning, SceneWarning
 from torsio.printed.scenes import Detents, Effect, Friction, Texture, Timing
 from torsio.printed.told import Disarm, Limits
@@ -22,11 +20,12 @@ __all__ = [
 # Beyond these an angle is hardly meant: turns of any angle, radians of a whole or half number.
 _TURNS = 5.0
 _ROUND_RAD = {"pitch_rad": 1.0}
-_TORQUES = ("torque_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
+_TORQUES = {"torque_nm", "offset_nm", "start_torque_nm", "end_torque_nm"}
 _BOTH_WAYS = (Detents, Friction, Texture)
 # Torque of a knob with plausible parts.
 _GIVEN_BY_ANY_NM = 0.01
 _ROUNDING = 1.0 + 1e-6
+_AT_ALL_TIMES = Timing()
 
 
 def warn(warning: Warning) -> None:
@@ -39,10 +38,10 @@ def warn(warning: Warning) -> None:
 def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
     """Say what in a scene is hardly meant; the knob is asked for its limits only if it matters."""
     yield from filter(None, map(_degrees, effects))
-    pushed_nm = _most_nm([of for of in effects if not isinstance(of, Friction)])
     asked_nm = _most_nm(effects)
     if asked_nm <= _GIVEN_BY_ANY_NM:
         return
+    pushed_nm = _most_nm([of for of in effects if not isinstance(of, Friction)])
     most = limits()
     motor_nm, brake_nm = most.motor_torque_max_nm, most.brake_torque_max_nm
     is_given = pushed_nm <= _ROUNDING * motor_nm and asked_nm <= _ROUNDING * (motor_nm + brake_nm)
@@ -58,9 +57,9 @@ def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[Sc
 def _degrees(of: Effect) -> SceneWarning | None:
     """Find an angle that looks as if somebody had written degrees."""
     for name, value in vars(of).items():
-        if not name.endswith("_rad") or name.endswith("_per_rad"):
+        if not name.endswith("_rad") or name.endswith("_per_rad") or not value:
             continue
-        angle_rad = float(value or 0.0)
+        angle_rad = float(value)
         turns = abs(angle_rad) / math.tau
         is_round = (2.0 * angle_rad).is_integer()
         if (is_round and abs(angle_rad) > _ROUND_RAD.get(name, math.tau)) or turns > _TURNS:
@@ -76,28 +75,26 @@ def _most_nm(effects: list[Effect]) -> float:
 
     Those that grow with depth, speed or acceleration have none.
     """
-    spans = [_span_s(of) for of in effects]
-    reach = [_reach_nm(of) for of in effects]
+    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects if not _TORQUES.isdisjoint(vars(of))]
     most_nm = 0.0
-    for moment_s, _ in spans:
-        plays = [
-            nm
-            for nm, (begin_s, end_s) in zip(reach, spans, strict=True)
-            if begin_s <= moment_s < end_s
-        ]
+    for moment_s, *_ in asking:
+        plays = [(low, high) for begin_s, end_s, low, high in asking if begin_s <= moment_s < end_s]
         most_nm = max(most_nm, sum(high for _, high in plays), -sum(low for low, _ in plays))
     return most_nm
 
 
 def _span_s(of: Effect) -> tuple[float, float]:
-    timing = getattr(of, "timing", Timing())
+    timing = getattr(of, "timing", _AT_ALL_TIMES)
     return timing.delay_s, timing.delay_s + (timing.duration_s or math.inf)
 
 
 def _reach_nm(of: Effect) -> tuple[float, float]:
     if isinstance(of, _BOTH_WAYS):
         return -of.torque_nm, of.torque_nm
-    values = [0.0, *(nm for name in _TORQUES for nm in np.ravel(getattr(of, name, 0.0)).tolist())]
+    values = [0.0]
+    for name in _TORQUES & vars(of).keys():
+        nm = getattr(of, name)
+        values += nm if isinstance(nm, tuple) else [float(nm)]
     wave_nm = getattr(of, "amplitude_nm", 0.0)
     return min(values) - wave_nm, max(values) + wave_nm
 
