@@ -1,4 +1,4 @@
-"""The hardware guide says what the firmware does."""
+"""The pages of hardware say what the firmware does."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import pytest
 import torsio
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGE = DOCS / "how-to/hardware.md"
+PAGE = DOCS / "reference/hardware.md"
+GUIDES = [DOCS / f"how-to/{name}.md" for name in ("hardware", "first-power")]
 
 
 def test_wiring_diagram_shows_the_default_pins() -> None:
@@ -23,13 +24,19 @@ def test_wiring_diagram_shows_the_default_pins() -> None:
     assert drawn - table == {"GP3", "GP7", "GP9", "GP27"}
 
 
-PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+PROGRAMS = [
+    program
+    for guide in GUIDES
+    for program in re.findall(
+        r"^```python\n(.*?)^```$", guide.read_text(encoding="utf-8"), re.M | re.S
+    )
+]
 
 
 def _run(program: str, monkeypatch: pytest.MonkeyPatch, options: torsio.EmulatorOptions) -> None:
     real = torsio.open
     monkeypatch.setattr(torsio, "open", lambda: real("emulated", emulator=options))
-    exec(compile(program, "docs/how-to/hardware.md", "exec"), {})
+    exec(compile(program, "a guide of hardware", "exec"), {})
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=["other parts", "first power"])

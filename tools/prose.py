@@ -21,7 +21,7 @@ MAX_WORDS = 45_000
 SHORT_PAGES = {
     "README.md": 600,
     "CONTRIBUTING.md": 1000,
-    "docs/how-to/hardware.md": 3000,
+    "docs/reference/hardware.md": 3000,
     "docs/explanation/theory.md": 4500,
 }
 

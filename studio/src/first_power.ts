@@ -1,5 +1,5 @@
 // First power on a bench, as steps that the page follows: what it can see it ticks off by itself.
-// docs/how-to/hardware.md has the same steps with what to measure at each.
+// docs/how-to/first-power.md has the same steps with what to measure at each.
 
 import type { Effect, Given } from "./conversion";
 import type { Knob } from "./knob";

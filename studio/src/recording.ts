@@ -1,5 +1,5 @@
 // A recording: what a knob said and was told, as the MCAP file that `torsio.load`, Foxglove and
-// PlotJuggler open. docs/how-to/studio.md has its topics; torsio/recording.py writes the same.
+// PlotJuggler open. docs/reference/studio.md has its topics; torsio/recording.py writes the same.
 
 import { McapWriter, type IWritable } from "@mcap/core";
 import { decode, type Values } from "./codec";

@@ -120,7 +120,8 @@ def test_board_has_pins_where_a_pico_has_them_and_nothing_in_two_holes(knob: Kno
 
 
 def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:
-    page = (TREE / "docs/how-to/build.md").read_text(encoding="utf-8")
+    pages = ("how-to/build.md", "reference/reference-knob.md")
+    page = "".join((TREE / "docs" / name).read_text(encoding="utf-8") for name in pages)
     rows = re.findall(r"^\| (\w+) \| .* \| (\S+) to (\S+) \|$", page, re.M)
     for (step, *found), (of, name, band, _) in zip(rows, knob.expected(), strict=True):
         assert step.lower() == of.lower()

@@ -141,7 +141,9 @@ def test_all_files_are_made(tmp_path: Path) -> None:
     files = making.make(KNOB, tmp_path, lambda what: None)
     assert all(file.stat().st_size > 200 for file in files)
     figures = json.loads((tmp_path / "expected.json").read_text(encoding="utf-8"))["figures"]
-    page = (Path(__file__).parents[2] / "docs/how-to/build.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs/reference/reference-knob.md").read_text(
+        encoding="utf-8"
+    )
     page = " ".join(page.split())
     for name, words in (
         ("free_drag", "drag in free air is"),

@@ -264,8 +264,8 @@ def test_supply_is_told_what_it_cannot_give() -> None:
 
 
 def test_wrong_sign_of_confirmed_parts_is_not_told_where_the_brake_holds() -> None:
-    # docs/how-to/hardware.md warns of 31 rad/s and 0.7 of a turn. The emulated device's parts count
-    # as confirmed. A guard against it would change the page too.
+    # docs/reference/hardware.md warns of 31 rad/s and 0.7 of a turn. The emulated device's parts
+    # count as confirmed. A guard against it would change the page too.
     touch = torsio.TorqueHand(
         torque_nm=[(0.0, 0.0), (0.15, 0.0), (0.15, 15e-3), (0.19, 15e-3), (0.19, 0.0)]
     )

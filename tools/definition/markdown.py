@@ -179,7 +179,7 @@ def fingerprint(reports: Iterable[Structure]) -> int:
 
 
 def wiring(of: Structure) -> str:
-    """Write the table of pins and electrical values in docs/how-to/hardware.md."""
+    """Write the table of pins and electrical values in docs/reference/hardware.md."""
     out = "| field | default | unit | what |\n|---|---|---|---|\n"
     for field in of.host_fields:
         out += f"| `{field.name}` | {_default(field)} | {field.unit} | {field.doc} |\n"

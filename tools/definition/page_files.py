@@ -77,8 +77,8 @@ def _with_table(page: str, text: str, table: str) -> str:
 
 
 def hardware_page() -> str:
-    """Write the table of wiring in docs/how-to/hardware.md."""
-    page = "docs/how-to/hardware.md"
+    """Write the table of wiring in docs/reference/hardware.md."""
+    page = "docs/reference/hardware.md"
     text = usb_ids.with_ids((TREE / page).read_text(encoding="utf-8"))
     return _with_table(page, text, markdown.wiring(configurations.BOARD_CONFIG))
 
@@ -113,6 +113,6 @@ FILES = {
     "CONTRIBUTING.md": contributing_page,
     "docs/reference/configuration.md": configuration_page,
     "docs/reference/protocol.md": protocol_page,
-    "docs/how-to/hardware.md": hardware_page,
+    "docs/reference/hardware.md": hardware_page,
     "docs/explanation/architecture.md": architecture_page,
 }

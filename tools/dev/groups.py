@@ -52,6 +52,7 @@ _CODE = (
     *(".clang-format", ".editorconfig", ".gitignore"),
 )
 _BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md")
+_MAKING_PAGES = ("docs/how-to/build.md", "docs/reference/reference-knob.md")
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
 
@@ -213,7 +214,7 @@ GROUPS = {
         "the knob to build: closed forms, parts, what a rehearsal finds",
         ("tests/hardware",),
         ("python", "hardware"),
-        (*_PYTHON, "hardware", "tools", "docs/how-to/build.md"),
+        (*_PYTHON, "hardware", "tools", *_MAKING_PAGES),
     ),
     "claims": Group(
         "names that pages and sources share, printed files, what a package holds",
@@ -273,7 +274,7 @@ GROUPS = {
         (*_BOARD_NEEDS, "hardware", "making", "page"),
         (
             *(*_COVERED_BY_BOARDS, "hardware", "studio", "tests/hardware", "tests/studio"),
-            "docs/how-to/build.md",
+            *_MAKING_PAGES,
         ),
         {BOARDS_VARIABLE: "pico2"},
         slow=True,

@@ -102,7 +102,7 @@ def rehearse(
     page: Annotated[bool, typer.Option("--page", help=_HELP["page"])] = False,
     chip: Annotated[bool, typer.Option("--chip", help=_HELP["chip"])] = False,
 ) -> None:
-    """Go through the steps of docs/how-to/hardware.md, First power, and name what is wrong.
+    """Go through the steps of docs/how-to/first-power.md, and name what is wrong.
 
     The device is the emulated one, of the firmware's own sources. Exit status 1: something was
     found.

@@ -130,7 +130,7 @@ def _check_ready(knob: Knob, speed_limit_rad_s: float) -> None:
         raise Refusal(
             STEPS[0], "unconfirmed", "nobody has confirmed the parts of this board, so it gives "
             f"{1e3 * knob.limits().motor_torque_max_nm:.3g} mN m at most. Set the values of motor, "
-            "brake and encoder (docs/how-to/hardware.md, first power), then torsio config set "
+            "brake and encoder (docs/how-to/first-power.md), then torsio config set "
             "confirmed=on",
         )  # fmt: skip
 

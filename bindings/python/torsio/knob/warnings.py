@@ -104,7 +104,7 @@ def held_low(limits: Limits) -> HeldLowWarning:
     return HeldLowWarning(
         f"nobody has confirmed the parts of this board, or their values are assumed, so it gives "
         f"{1e3 * limits.motor_torque_max_nm:.3g} mN m and {limits.speed_limit_rad_s:g} rad/s at "
-        "most. Set the values of motor, brake and encoder (docs/how-to/hardware.md, first power), "
+        "most. Set the values of motor, brake and encoder (docs/how-to/first-power.md), "
         "call knob.update(confirmed=True) and knob.save(), and calibrate. If you are sure of the "
         "values, call knob.update(values_are='stated') instead"
     )
@@ -114,7 +114,7 @@ def no_speed_limit() -> NoSpeedLimitWarning:
     """Say that nothing stops a knob that runs away, and what would."""
     return NoSpeedLimitWarning(
         "this board has no speed limit, so nothing stops a knob that runs away. Set one with "
-        "knob.update(speed_limit_rad_s=...) and knob.save() (docs/how-to/hardware.md, first power)"
+        "knob.update(speed_limit_rad_s=...) and knob.save() (docs/how-to/first-power.md)"
     )
 
 

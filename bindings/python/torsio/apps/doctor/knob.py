@@ -21,7 +21,7 @@ _DRIFT_LIMIT_PPM = 200.0
 _SLOW_ROUND_TRIP_S = 10e-3
 
 _HOW_TO_CONFIRM = (
-    "set the values of motor, brake and encoder (docs/how-to/hardware.md, first power), then "
+    "set the values of motor, brake and encoder (docs/how-to/first-power.md), then "
     "`torsio config set confirmed=on`, and `torsio calibrate`; or set values_are=stated if you are "
     "sure of the values"
 )
