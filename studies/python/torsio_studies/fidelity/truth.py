@@ -92,7 +92,7 @@ def _approaching(begin: float, begin_nm: float, end_nm: float, time_constant_s: 
 
 @dataclass(frozen=True)
 class _Piece:
-    """What acts while the commands are held and the hand's torque is a line."""
+    """The torques of a step: commands are held, and the hand's torque is a line."""
 
     plant: PlantParams
     hand: HandTorque
