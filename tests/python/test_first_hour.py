@@ -59,6 +59,20 @@ def test_reading_of_a_scene_that_was_never_armed_names_arm_once(
         knob.arm()
         knob.disarm()
         read(knob, file)  # on purpose
+        knob.play(WALL)
+        knob.stop()
+        read(knob, file)  # the scene is gone
+
+
+def test_close_names_arm_where_telemetry_of_a_scene_was_read() -> None:
+    for is_read in (False, True):
+        with warnings.catch_warnings(record=True) as told, torsio.open("emulated") as knob:
+            warnings.simplefilter("always")
+            knob.play(WALL)
+            if is_read:
+                knob.start_telemetry()
+                knob.latest()
+        assert [warning.category for warning in told] == [torsio.DisarmedWarning] * is_read
 
 
 def test_reading_that_an_error_ends_tells_of_that_error_alone(tmp_path: Path) -> None:
@@ -229,6 +243,8 @@ def test_what_is_no_knob_or_no_scene_is_told_with_what_to_write() -> None:
                 knob.play(wrong)  # type: ignore[arg-type]
         with pytest.raises(TypeError, match=r"not a hand: .*; give one as torsio.TorqueHand"):
             knob.emulator.set_hand(lambda *_: 0.0)  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=r"^Knob\.record\(\) got an unexpected"):
+            knob.record(seconds=1.0)  # type: ignore[call-arg]
         with pytest.raises(AttributeError, match=r'its column is log\["angle_rad"\]'):
             _ = knob.record(0.01).angle_rad  # type: ignore[attr-defined]
 

@@ -353,6 +353,18 @@ def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester)
         assert kept["truth"]["angle_rad"].max() == pytest.approx(0.2, abs=1e-3)
 
 
+def test_assert_felt_that_fails_names_arm_and_shows_no_source_of_the_library(
+    pytester: pytest.Pytester,
+) -> None:
+    pytester.makepyfile(
+        "from torsio.testing import assert_felt\n"
+        "def test_it(torsio_knob): assert_felt(torsio_knob.record(0.01), 0.1)"
+    )
+    shown = pytester.runpytest().stdout.str()
+    assert "the knob was disarmed throughout: arm() turns the torque on" in shown
+    assert "def assert_felt" not in shown
+
+
 def test_recording_of_a_closed_knob_goes_into_the_cache(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         "def test_it(torsio_knob):\n torsio_knob.sleep(0.1)\n torsio_knob.close()\n assert False"

@@ -96,7 +96,10 @@ class Knob(ConfigQuestions):
         An error meanwhile, such as a full disk or Ctrl-C, is raised after that. Closing twice is
         fine.
         """
-        return self._knob.disarm_to_close, self._recording.close, self._knob.close, self._forget
+        return (
+            *(self._knob.disarm_to_close, self._recording.close, self._telemetry.end),
+            *(self._knob.close, self._forget),
+        )
 
     def _forget(self) -> None:
         self._events.forget()
@@ -219,6 +222,7 @@ class Knob(ConfigQuestions):
     def stop(self) -> None:
         """Torque off, and the scene is emptied."""
         self._knob.stop()
+        self._recording.awaits_arm = False
         self._recording.note("stop")
 
     def zero(self) -> None:

@@ -20,6 +20,7 @@ def of_part(
 
     A plain assignment would have no declared type, which type checkers ask of a package.
     """
+    method.__qualname__ = f"Knob.{method.__name__}"  # errors of a call name it
 
     @wraps(method)
     def call(whole: Any, /, *given: _Given.args, **named: _Given.kwargs) -> _Result:

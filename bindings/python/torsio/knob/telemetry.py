@@ -28,6 +28,7 @@ class KnobTelemetry:
     def __init__(self, knob: _torsio.Knob, recording: KnobRecording) -> None:
         self._knob = knob
         self._recording = recording
+        self._is_started = False
 
     def start_telemetry(self, rate_hz: float | None = None, *, prompt: bool = False) -> float:
         """Start telemetry, or change its rate, and forget what was not read.
@@ -55,15 +56,22 @@ class KnobTelemetry:
             Says which rates this knob has.
         """
         self._recording.drain()
+        self._is_started = True
         return self._knob.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
 
     def stop_telemetry(self) -> None:
         """Stop telemetry; a `record` in another thread keeps it until that is done.
 
-        Warns as `record` does if a scene was played and never armed.
+        Warns as `record` does if a scene was played and never armed; so does `Knob.close`.
         """
         self._knob.stop_telemetry()
-        self._recording.warn_if_never_armed()
+        self.end()
+
+    def end(self) -> None:
+        """Warn at the end of a reading, if there was one."""
+        if self._is_started:
+            self._recording.warn_if_never_armed()
+        self._is_started = False
 
     def latest(self) -> Record:
         """Give the newest sample that has arrived; it can still be read.
