@@ -25,13 +25,14 @@ struct SpinUp {
 
 /// Where a plant begins, if not at rest at angle 0.
 struct InitialState {
-  double time_s = 0.0;             ///< 0 to 1e9
-  std::int64_t revolutions = 0;    ///< whole turns, exact however many; -1e12 to 1e12
-  double angle_rad = 0.0;          ///< beyond them; -1e9 to 1e9
-  double speed_rad_s = 0.0;        ///< of knob and brake together; -1e15 to 1e15
-  double twist_rad = 0.0;          ///< of the shaft spring: knob minus brake; -1e9 to 1e9
-  double motor_torque_nm = 0.0;    ///< after the motor's lag; -1e15 to 1e15
-  double brake_magnetic_nm = 0.0;  ///< what the brake holds by its current, without its drag; >= 0
+  double time_s = 0.0;           ///< 0 to 1e9
+  std::int64_t revolutions = 0;  ///< whole turns, exact however many; -1e12 to 1e12
+  double angle_rad = 0.0;        ///< beyond them; -1e9 to 1e9
+  double speed_rad_s = 0.0;      ///< of knob and brake together; -1e15 to 1e15
+  double twist_rad = 0.0;        ///< of the shaft spring: knob minus brake; -1e9 to 1e9
+  double motor_torque_nm = 0.0;  ///< after the motor's lag; -1e15 to 1e15
+  /// torque that the brake holds by its current, without its drag; >= 0
+  double brake_magnetic_nm = 0.0;
 };
 
 template <>
@@ -61,7 +62,7 @@ struct Fields<InitialState> {
                  field("motor_torque_nm", &InitialState::motor_torque_nm, "N m", -1e15, 1e15,
                        "after the motor's lag"),
                  field("brake_magnetic_nm", &InitialState::brake_magnetic_nm, "N m", 0.0, 1e15,
-                       "what the brake holds by its current, without its drag"));
+                       "torque that the brake holds by its current, without its drag"));
   }
 };
 

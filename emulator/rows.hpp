@@ -20,8 +20,8 @@ struct PlantRow {
   double brake_speed_rad_s;
   double spring_torque_nm;         ///< of the shaft spring
   double motor_torque_nm;          ///< after the motor's lag
-  double brake_torque_nm;          ///< what the brake transmits, drag included
-  double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
+  double brake_torque_nm;          ///< torque that the brake transmits, drag included
+  double brake_capacity_nm;        ///< most that it could transmit, drag included, >= 0
   double hand_torque_nm;           ///< of the hand on the knob
   double knob_friction_torque_nm;  ///< Coulomb friction on the knob
   bool knob_sticks;
@@ -38,17 +38,17 @@ struct LoopRow {
   double brake_speed_rad_s;
   double spring_torque_nm;         ///< of the shaft spring
   double motor_torque_nm;          ///< after the motor's lag
-  double brake_torque_nm;          ///< what the brake transmits, drag included
-  double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
+  double brake_torque_nm;          ///< torque that the brake transmits, drag included
+  double brake_capacity_nm;        ///< most that it could transmit, drag included, >= 0
   double hand_torque_nm;           ///< of the hand on the knob
   double knob_friction_torque_nm;  ///< Coulomb friction on the knob
   std::int64_t position_counts;    ///< measured, from the device's zero
   float estimated_speed_rad_s;     ///< measured
-  float desired_torque_nm;         ///< what the scene asks
+  float desired_torque_nm;         ///< torque that the scene asks for
   float motor_command_nm;
   float brake_command_nm;
   float sensed_spring_torque_nm;   ///< of the shaft spring, as the soft sensor has it
-  float sensed_brake_capacity_nm;  ///< what the brake is taken to hold, without drag
+  float sensed_brake_capacity_nm;  ///< believed capacity of the brake, without drag
   bool knob_sticks;
   bool brake_sticks;
   bool motor_saturated;
@@ -84,9 +84,9 @@ struct Fields<PlantRow> {
         field("motor_torque_nm", &PlantRow::motor_torque_nm, "", -kNoLimit, kNoLimit,
               "after the motor's lag"),
         field("brake_torque_nm", &PlantRow::brake_torque_nm, "", -kNoLimit, kNoLimit,
-              "what the brake transmits, drag included"),
+              "torque that the brake transmits, drag included"),
         field("brake_capacity_nm", &PlantRow::brake_capacity_nm, "", -kNoLimit, kNoLimit,
-              "what it could transmit, drag included, >= 0"),
+              "most that it could transmit, drag included, >= 0"),
         field("hand_torque_nm", &PlantRow::hand_torque_nm, "", -kNoLimit, kNoLimit,
               "of the hand on the knob"),
         field("knob_friction_torque_nm", &PlantRow::knob_friction_torque_nm, "", -kNoLimit,
@@ -112,9 +112,9 @@ struct Fields<LoopRow> {
         field("motor_torque_nm", &LoopRow::motor_torque_nm, "", -kNoLimit, kNoLimit,
               "after the motor's lag"),
         field("brake_torque_nm", &LoopRow::brake_torque_nm, "", -kNoLimit, kNoLimit,
-              "what the brake transmits, drag included"),
+              "torque that the brake transmits, drag included"),
         field("brake_capacity_nm", &LoopRow::brake_capacity_nm, "", -kNoLimit, kNoLimit,
-              "what it could transmit, drag included, >= 0"),
+              "most that it could transmit, drag included, >= 0"),
         field("hand_torque_nm", &LoopRow::hand_torque_nm, "", -kNoLimit, kNoLimit,
               "of the hand on the knob"),
         field("knob_friction_torque_nm", &LoopRow::knob_friction_torque_nm, "", -kNoLimit, kNoLimit,
@@ -124,13 +124,13 @@ struct Fields<LoopRow> {
         field("estimated_speed_rad_s", &LoopRow::estimated_speed_rad_s, "", -kNoLimit, kNoLimit,
               "measured"),
         field("desired_torque_nm", &LoopRow::desired_torque_nm, "", -kNoLimit, kNoLimit,
-              "what the scene asks"),
+              "torque that the scene asks for"),
         field("motor_command_nm", &LoopRow::motor_command_nm, "", -kNoLimit, kNoLimit, ""),
         field("brake_command_nm", &LoopRow::brake_command_nm, "", -kNoLimit, kNoLimit, ""),
         field("sensed_spring_torque_nm", &LoopRow::sensed_spring_torque_nm, "", -kNoLimit, kNoLimit,
               "of the shaft spring, as the soft sensor has it"),
         field("sensed_brake_capacity_nm", &LoopRow::sensed_brake_capacity_nm, "", -kNoLimit,
-              kNoLimit, "what the brake is taken to hold, without drag"),
+              kNoLimit, "believed capacity of the brake, without drag"),
         field("knob_sticks", &LoopRow::knob_sticks, "", -kNoLimit, kNoLimit, ""),
         field("brake_sticks", &LoopRow::brake_sticks, "", -kNoLimit, kNoLimit, ""),
         field("motor_saturated", &LoopRow::motor_saturated, "", -kNoLimit, kNoLimit, ""),

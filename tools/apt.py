@@ -94,9 +94,9 @@ class PrivateApt:
     sources
         Archive, suite and components, each.
     types
-        What they are asked for: packages, or with ``deb-src`` sources.
+        Kinds to ask for: packages, or with ``deb-src`` sources.
     architecture
-        Whose packages, in Debian's words; empty: this machine's.
+        Architecture of the packages, in Debian's words; empty: this machine's.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 ``python -m tools.wheels --tinyusb FOLDER`` writes ``out/wheels/``; ``--arch``, ``--python`` choose.
 Zig's compiler makes them (``tools/wheel_compilers.py``). Each is then tried where there is neither
-tree nor compiler, those of other machines under QEMU or Wine (``tools/wheel_trials.py``).
+tree nor compiler, wheels of other machines under QEMU or Wine (``tools/wheel_trials.py``).
 """
 
 from __future__ import annotations

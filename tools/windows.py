@@ -2,7 +2,7 @@
 
 ``python -m tools.windows [LAYER]...`` runs the C++ tests of these layers, by default all;
 ``python -m tools.windows python [ARGS]`` the Python package's, and hands ARGS to pytest.
-What cannot be shown so is said in docs/results.md: no knob has been plugged into a Windows.
+docs/results.md lists what this cannot show: no knob has been plugged into a Windows.
 """
 
 from __future__ import annotations

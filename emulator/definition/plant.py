@@ -147,7 +147,7 @@ ELECTRICS = Structure(
         yes_or_no("predictive", "the current loop of the RP2350; off: the one of the RP2040", default=True),
         for_hosts(number("sample_offset_s", "s", 0.0, 1e-5, "from the middle of the time in which the bridge drives to the measurement", default=1e-6)),
         positive("sensor_v_per_a", "V/A", "of the current sensor", constants.REFERENCE_CURRENT_SENSE_V_PER_A),
-        for_hosts(number("sensor_zero_v", "V", -10.0, 10.0, "what it shows without current", default=1.65)),
+        for_hosts(number("sensor_zero_v", "V", -10.0, 10.0, "its output without current", default=1.65)),
         amount("sensor_noise_v", "V", "standard deviation", 1e-3),
         positive("sensor_range_v", "V", "of its converter, from 0", 3.3),
         for_hosts(whole("sensor_bits", "u8", 1, 24, "of its converter", default=12)),
@@ -315,7 +315,7 @@ LINK_FAULTS = Structure(
 INPUT_KIND = enumeration(
     "InputKind", "Kind of input to an emulated device. In brackets: its bytes; numbers are little "
         "endian.",
-    Value("stored", "what is in the storage from now on (both slots)"),
+    Value("stored", "content of the storage from now on (both slots)"),
     Value("power", "(0 or 1)"),
     Value("connected", "the bus (0 or 1)"),
     Value("output", "a report that has arrived (64 bytes)"),
@@ -337,8 +337,8 @@ DEVICE_INPUT = Structure(
     "Something that entered an emulated device, so that it can run again.",
     (
         told("tick", "std::uint64_t", "control ticks that had run before it, since the first power-up"),
-        for_hosts(choice("kind", INPUT_KIND, "what it is")),
-        binary("bytes", "what it says: a report, or as its kind has it; of counts one control tick for each, in 32 bits, little endian"),
+        for_hosts(choice("kind", INPUT_KIND, "its kind")),
+        binary("bytes", "its content: a report, or as its kind has it; of counts one control tick for each, in 32 bits, little endian"),
     ),
 )  # fmt: skip
 EMULATOR_OPTIONS = Structure(
@@ -347,8 +347,8 @@ EMULATOR_OPTIONS = Structure(
     (
         for_hosts(any_whole("seed", "u64", "of everything random: encoder noise, damaged reports")),
         for_hosts(number("control_rate_hz", "Hz", constants.MIN_CONTROL_RATE_HZ, constants.MAX_CONTROL_RATE_HZ, "ticks in a second", default=1e9 / constants.EMULATED_CONTROL_PERIOD_NS.value)),
-        group("plant", PLANT_PARAMS, "what it is made of"),
-        hand("hand", "who holds it"),
+        group("plant", PLANT_PARAMS, "its parts"),
+        hand("hand", "the hand on it"),
         text("serial", "at most 16 ASCII characters; empty: derived from the device's name"),
         optional_group("actuator", configurations.ACTUATOR_CONFIG, "configuration at power-up; it replaces the stored one and the defaults"),
         optional_group("control", configurations.CONTROL_CONFIG, "the same"),
@@ -385,7 +385,7 @@ INITIAL_STATE = Structure(
         for_hosts(number("speed_rad_s", "rad/s", -_MOST, _MOST, "of knob and brake together", default=0.0)),
         for_hosts(number("twist_rad", "rad", -1e9, 1e9, "of the shaft spring: knob minus brake", default=0.0)),
         for_hosts(number("motor_torque_nm", "N m", -_MOST, _MOST, "after the motor's lag", default=0.0)),
-        amount("brake_magnetic_nm", "N m", "what the brake holds by its current, without its drag", 0.0),
+        amount("brake_magnetic_nm", "N m", "torque that the brake holds by its current, without its drag", 0.0),
     ),
 )  # fmt: skip
 BEGINNINGS = (SPIN_UP, INITIAL_STATE)
@@ -405,8 +405,8 @@ _TRUE = (
     told("brake_speed_rad_s", "double"),
     told("spring_torque_nm", "double", "of the shaft spring"),
     told("motor_torque_nm", "double", "after the motor's lag"),
-    told("brake_torque_nm", "double", "what the brake transmits, drag included"),
-    told("brake_capacity_nm", "double", "what it could transmit, drag included, >= 0"),
+    told("brake_torque_nm", "double", "torque that the brake transmits, drag included"),
+    told("brake_capacity_nm", "double", "most that it could transmit, drag included, >= 0"),
     told("hand_torque_nm", "double", "of the hand on the knob"),
     told("knob_friction_torque_nm", "double", "Coulomb friction on the knob"),
 )
@@ -440,11 +440,11 @@ LOOP_ROW = Structure(
         *_TRUE,
         told("position_counts", "std::int64_t", "measured, from the device's zero"),
         told("estimated_speed_rad_s", "float", "measured"),
-        told("desired_torque_nm", "float", "what the scene asks"),
+        told("desired_torque_nm", "float", "torque that the scene asks for"),
         told("motor_command_nm", "float"),
         told("brake_command_nm", "float"),
         told("sensed_spring_torque_nm", "float", "of the shaft spring, as the soft sensor has it"),
-        told("sensed_brake_capacity_nm", "float", "what the brake is taken to hold, without drag"),
+        told("sensed_brake_capacity_nm", "float", "believed capacity of the brake, without drag"),
         *_STICKS,
         told("motor_saturated", "bool"),
         told("brake_saturated", "bool"),

@@ -376,7 +376,7 @@ struct Layout<Curve> {
       number("span_turns_q32", &Curve::span_turns_q32, "2^-32 turn", min_span_turns_q32,
              max_span_turns_q32,
              "from the first point to the last; at least two of the encoder's counts"),
-      choice("ends", &Curve::ends, "what it does outside the span"),
+      choice("ends", &Curve::ends, "its torque outside the span"),
       number("first_point", &Curve::first_point, "", 0, 1022, "index in the pool"),
       number("points", &Curve::points, "", 2, curve_pool_points, ""),
   };

@@ -58,7 +58,7 @@ struct Layout<Identity> {
       any_number("version", &Identity::version, "", "version of the protocol"),
       any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
       any_number("board", &Identity::board, "",
-                 "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
+                 "board of the firmware: 0 is the emulated device; firmware/boards/"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
       number("axes", &Identity::axes, "", 1, 16, "actuators behind this interface"),
       number("effects", &Identity::effects, "", 1, max_effects, "places in a scene"),
@@ -129,7 +129,7 @@ struct Layout<Health> {
                  "time that the last control tick took"),
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
-      choice("owner", &Health::owner, "who has the actuator"),
+      choice("owner", &Health::owner, "owner of the actuator"),
       choice("reset_cause", &Health::reset_cause, "why the device started"),
       any_number("unexpected_swings", &Health::unexpected_swings, "",
                  "swings of the law `calibrated` that lasted in scenes which the configured parts "
@@ -154,10 +154,10 @@ struct Layout<GameEffect> {
   static constexpr FieldList fields{
       any_number("block", &GameEffect::block, "",
                  "its number, from 1; 0: an empty row of the report"),
-      choice("kind", &GameEffect::kind, "what it is"),
+      choice("kind", &GameEffect::kind, "its kind"),
       choice("state", &GameEffect::state, "whether it plays"),
       any_number("torque", &GameEffect::torque, "torque_step_nm",
-                 "what it gives now, before the cap on all together"),
+                 "torque now, before the cap on all together"),
       any_number("updates", &GameEffect::updates, "", "reports about it since it was made"),
       any_number("silent_ms", &GameEffect::silent_ms, "ms",
                  "since the last of them; 65.535 s is that or longer"),
@@ -187,7 +187,7 @@ struct Layout<GameMonitor> {
       "Effects of games. Each reading shows the next of the effects, in turns. Read only.";
   static constexpr FieldList fields{
       any_number("tick", &GameMonitor::tick, "", "of this moment"),
-      choice("owner", &GameMonitor::owner, "who has the actuator"),
+      choice("owner", &GameMonitor::owner, "owner of the actuator"),
       choice("paused", &GameMonitor::paused, "by the game"),
       choice("enabled", &GameMonitor::enabled, "the game wants the actuator on"),
       any_number("gain", &GameMonitor::gain, "1/32767",
@@ -309,7 +309,7 @@ struct Layout<Command> {
   static constexpr FieldList fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Command::axis, "", "0: an interface has one axis"),
-      choice("op", &Command::op, "what to do"),
+      choice("op", &Command::op, "the order"),
   };
 };
 
@@ -480,10 +480,10 @@ struct Layout<Sample> {
       any_number("offset_counts", &Sample::offset_counts, "count", "position behind the base"),
       any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
       any_number("desired_torque", &Sample::desired_torque, "torque_step_nm",
-                 "what the scene asks"),
+                 "torque that the scene asks for"),
       any_number("motor_command", &Sample::motor_command, "torque_step_nm", "asked of the motor"),
       any_number("brake_capacity", &Sample::brake_capacity, "torque_step_nm",
-                 "what the brake can hold, estimated"),
+                 "most that the brake can hold, estimated"),
       any_number("spring_torque", &Sample::spring_torque, "torque_step_nm",
                  "of the shaft on the knob, sensed"),
   };
@@ -541,7 +541,7 @@ struct Layout<Acknowledgement> {
                  "index of the offending field, nested fields opened; 255 is none"),
       choice("state", &Acknowledgement::state, "after the report"),
       any_number("tick", &Acknowledgement::tick, "", "when it took effect or was refused"),
-      choice("owner", &Acknowledgement::owner, "who has the actuator after the report"),
+      choice("owner", &Acknowledgement::owner, "owner of the actuator after the report"),
   };
 };
 
@@ -560,11 +560,11 @@ struct Layout<Event> {
   static constexpr std::string_view name = "event";
   static constexpr std::string_view doc = "Something that the host did not ask for.";
   static constexpr FieldList fields{
-      choice("kind", &Event::kind, "what happened"),
+      choice("kind", &Event::kind, "kind of event"),
       choice("state", &Event::state, "after the event"),
       any_number("faults", &Event::faults, "", "bits, see above"),
       any_number("tick", &Event::tick, "", "when: control periods since power-up"),
-      choice("owner", &Event::owner, "who has the actuator after the event"),
+      choice("owner", &Event::owner, "owner of the actuator after the event"),
   };
 };
 

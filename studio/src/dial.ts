@@ -107,7 +107,7 @@ export class Dial {
     this.#pointer.style.transform = `rotate(${angle}rad)`;
   }
 
-  /** The same in words, for whoever does not see it. */
+  /** The same in words, for readers who cannot see it. */
   tell(): void {
     this.#dial.setAttribute("aria-valuenow", ((this.#shown * 180) / Math.PI).toFixed(1));
   }

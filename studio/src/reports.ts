@@ -240,7 +240,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "fingerprint", "kind": "whole", "doc": "of the report layouts, the same as the library's", "wire": "fingerprint", "type": "u32", "default": 0},
       {"name": "version", "kind": "whole", "doc": "version of the protocol", "wire": "version", "type": "u16"},
       {"name": "firmware_version", "kind": "whole", "doc": "major, minor, patch", "wire": "firmware_version", "type": "u8", "count": 3, "default": 0},
-      {"name": "board", "kind": "whole", "doc": "what the firmware runs on: 0 is the emulated device; firmware/boards/", "wire": "board", "type": "u8", "default": 0},
+      {"name": "board", "kind": "whole", "doc": "board of the firmware: 0 is the emulated device; firmware/boards/", "wire": "board", "type": "u8", "default": 0},
       {"name": "serial", "kind": "whole", "doc": "ASCII, padded with zeros", "wire": "serial", "type": "u8", "count": 16, "default": 0},
       {"name": "axes", "kind": "whole", "doc": "actuators behind this interface", "wire": "axes", "type": "u8", "low": 1, "high": 16, "default": 1},
       {"name": "effects", "kind": "whole", "doc": "places in a scene", "wire": "effects", "type": "u8", "low": 1, "high": 16},
@@ -281,7 +281,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "tick_time_ns", "kind": "whole", "doc": "time that the last control tick took", "wire": "tick_time_ns", "type": "u32", "unit": "ns", "default": 0},
       {"name": "tick_time_max_ns", "kind": "whole", "doc": "longest tick so far", "wire": "tick_time_max_ns", "type": "u32", "unit": "ns", "default": 0},
       {"name": "saves", "kind": "whole", "doc": "how often the configuration was saved, ever", "wire": "saves", "type": "u32", "default": 0},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "owner of the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "reset_cause", "kind": "choice", "doc": "why the device started", "wire": "reset_cause", "type": "u8", "enumeration": "ResetCause", "values": ["unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"], "default": "unknown"},
       {"name": "unexpected_swings", "kind": "whole", "doc": "swings of the law `calibrated` that lasted in scenes which the configured parts can render, since the knob was configured", "wire": "unexpected_swings", "type": "u32", "default": 0},
       {"name": "centre", "kind": "choice", "doc": "where angle 0 comes from", "wire": "centre", "type": "u8", "enumeration": "Centre", "values": ["power_up", "awaits_index", "index"], "default": "power_up"},
@@ -479,7 +479,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 59,
     "fields": [
       {"name": "tick", "kind": "whole", "doc": "of this moment", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "owner of the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "paused", "kind": "switch", "doc": "by the game", "wire": "paused", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
       {"name": "enabled", "kind": "switch", "doc": "the game wants the actuator on", "wire": "enabled", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
       {"name": "gain", "kind": "whole", "doc": "of the device, as the game set it, 0 to 1", "wire": "gain", "type": "u16", "unit": "1/32767", "default": 0},
@@ -488,7 +488,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "effects", "kind": "whole", "doc": "that exist", "wire": "effects", "type": "u8", "default": 0},
       {"name": "clipped_ticks", "kind": "whole", "doc": "ticks in which effects asked for more than all together get, since power-up", "wire": "clipped_ticks", "type": "u32", "default": 0},
       {"name": "asked_percent", "kind": "whole", "doc": "the most that effects asked for in the last half second, as a share of their joint limit", "wire": "asked_percent", "type": "u16", "default": 0},
-      {"name": "effect", "kind": "group", "doc": "", "wire": "effect", "fields": [{"name": "block", "kind": "whole", "doc": "its number, from 1; 0: an empty row of the report", "wire": "block", "type": "u8", "default": 0}, {"name": "kind", "kind": "choice", "doc": "what it is", "wire": "kind", "type": "u8", "enumeration": "GameEffectKind", "values": ["none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"], "default": "none"}, {"name": "state", "kind": "choice", "doc": "whether it plays", "wire": "state", "type": "u8", "enumeration": "GameEffectState", "values": ["stopped", "playing", "set_aside"], "default": "stopped"}, {"name": "torque", "kind": "whole", "doc": "what it gives now, before the cap on all together", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "updates", "kind": "whole", "doc": "reports about it since it was made", "wire": "updates", "type": "u32", "default": 0}, {"name": "silent_ms", "kind": "whole", "doc": "since the last of them; 65.535 s is that or longer", "wire": "silent_ms", "type": "u16", "unit": "ms", "default": 0}], "count": 3},
+      {"name": "effect", "kind": "group", "doc": "", "wire": "effect", "fields": [{"name": "block", "kind": "whole", "doc": "its number, from 1; 0: an empty row of the report", "wire": "block", "type": "u8", "default": 0}, {"name": "kind", "kind": "choice", "doc": "its kind", "wire": "kind", "type": "u8", "enumeration": "GameEffectKind", "values": ["none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"], "default": "none"}, {"name": "state", "kind": "choice", "doc": "whether it plays", "wire": "state", "type": "u8", "enumeration": "GameEffectState", "values": ["stopped", "playing", "set_aside"], "default": "stopped"}, {"name": "torque", "kind": "whole", "doc": "torque now, before the cap on all together", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "updates", "kind": "whole", "doc": "reports about it since it was made", "wire": "updates", "type": "u32", "default": 0}, {"name": "silent_ms", "kind": "whole", "doc": "since the last of them; 65.535 s is that or longer", "wire": "silent_ms", "type": "u16", "unit": "ms", "default": 0}], "count": 3},
     ],
   },
   "ledger": {
@@ -541,7 +541,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
-      {"name": "op", "kind": "choice", "doc": "what to do", "wire": "op", "type": "u8", "enumeration": "Op", "values": ["keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults", "clear_fault", "bootloader"], "default": "keep_alive"},
+      {"name": "op", "kind": "choice", "doc": "the order", "wire": "op", "type": "u8", "enumeration": "Op", "values": ["keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults", "clear_fault", "bootloader"], "default": "keep_alive"},
     ],
   },
   "commit": {
@@ -798,7 +798,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "angle_rad", "kind": "angle", "doc": "angle of the first point", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "span_turns_q32", "kind": "whole", "doc": "from the first point to the last; at least two of the encoder's counts", "wire": "span_turns_q32", "type": "u64", "low": "65536", "high": "549755813888", "unit": "2^-32 turn", "default": "4294967296"},
       {"name": "span_rad", "kind": "number", "doc": "from the first point to the last; at least two of the encoder's counts", "low": 0.0, "high": 804.247719318987, "unit": "rad", "default": 1.0, "shown": true},
-      {"name": "ends", "kind": "choice", "doc": "what it does outside the span", "wire": "ends", "type": "u8", "enumeration": "Ends", "values": ["hold", "repeat"], "default": "hold", "shown": true},
+      {"name": "ends", "kind": "choice", "doc": "its torque outside the span", "wire": "ends", "type": "u8", "enumeration": "Ends", "values": ["hold", "repeat"], "default": "hold", "shown": true},
       {"name": "first_point", "kind": "whole", "doc": "index in the pool", "wire": "first_point", "type": "u16", "low": 0, "high": 1022, "default": 0},
       {"name": "points", "kind": "whole", "doc": "", "wire": "points", "type": "u16", "low": 2, "high": 1024, "default": 2},
     ],
@@ -852,7 +852,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "flags", "kind": "whole", "doc": "bits, see above, of all samples together", "wire": "flags", "type": "u8", "default": 0},
       {"name": "tick", "kind": "whole", "doc": "of the first sample", "wire": "tick", "type": "u64", "default": "0"},
       {"name": "base_counts", "kind": "whole", "doc": "low 32 bits of the first sample's position", "wire": "base_counts", "type": "i32", "unit": "count", "default": 0},
-      {"name": "sample", "kind": "group", "doc": "", "wire": "sample", "fields": [{"name": "offset_counts", "kind": "whole", "doc": "position behind the base", "wire": "offset_counts", "type": "i16", "unit": "count", "default": 0}, {"name": "speed", "kind": "whole", "doc": "estimated", "wire": "speed", "type": "i16", "unit": "speed_step_rad_s", "default": 0}, {"name": "desired_torque", "kind": "whole", "doc": "what the scene asks", "wire": "desired_torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "motor_command", "kind": "whole", "doc": "asked of the motor", "wire": "motor_command", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "brake_capacity", "kind": "whole", "doc": "what the brake can hold, estimated", "wire": "brake_capacity", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "spring_torque", "kind": "whole", "doc": "of the shaft on the knob, sensed", "wire": "spring_torque", "type": "i16", "unit": "torque_step_nm", "default": 0}], "count": 4},
+      {"name": "sample", "kind": "group", "doc": "", "wire": "sample", "fields": [{"name": "offset_counts", "kind": "whole", "doc": "position behind the base", "wire": "offset_counts", "type": "i16", "unit": "count", "default": 0}, {"name": "speed", "kind": "whole", "doc": "estimated", "wire": "speed", "type": "i16", "unit": "speed_step_rad_s", "default": 0}, {"name": "desired_torque", "kind": "whole", "doc": "torque that the scene asks for", "wire": "desired_torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "motor_command", "kind": "whole", "doc": "asked of the motor", "wire": "motor_command", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "brake_capacity", "kind": "whole", "doc": "most that the brake can hold, estimated", "wire": "brake_capacity", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "spring_torque", "kind": "whole", "doc": "of the shaft on the knob, sensed", "wire": "spring_torque", "type": "i16", "unit": "torque_step_nm", "default": 0}], "count": 4},
     ],
   },
   "acknowledgement": {
@@ -869,7 +869,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "field", "kind": "whole", "doc": "index of the offending field, nested fields opened; 255 is none", "wire": "field", "type": "u8"},
       {"name": "state", "kind": "choice", "doc": "after the report", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "tick", "kind": "whole", "doc": "when it took effect or was refused", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator after the report", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "owner of the actuator after the report", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
     ],
   },
   "event": {
@@ -880,11 +880,11 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 13,
     "fields": [
-      {"name": "kind", "kind": "choice", "doc": "what happened", "wire": "kind", "type": "u8", "enumeration": "EventKind", "values": ["state_changed", "watchdog", "deadline_missed", "owner_changed", "excitation_over", "excitation_stopped"], "open": true, "default": "state_changed"},
+      {"name": "kind", "kind": "choice", "doc": "kind of event", "wire": "kind", "type": "u8", "enumeration": "EventKind", "values": ["state_changed", "watchdog", "deadline_missed", "owner_changed", "excitation_over", "excitation_stopped"], "open": true, "default": "state_changed"},
       {"name": "state", "kind": "choice", "doc": "after the event", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "faults", "kind": "whole", "doc": "bits, see above", "wire": "faults", "type": "u16", "default": 0},
       {"name": "tick", "kind": "whole", "doc": "when: control periods since power-up", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator after the event", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "owner of the actuator after the event", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
     ],
   },
 };

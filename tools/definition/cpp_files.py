@@ -93,7 +93,7 @@ def sdk_knob_configurations() -> str:
     body = (
         "/// The members of a Knob that are about one configuration each.\n"
         "class TORSIO_EXPORT KnobConfigurations {\n public:\n"
-        + _each_configuration("[[nodiscard]] {config} {snake}();", "What the device has.")
+        + _each_configuration("[[nodiscard]] {config} {snake}();", "The device's present values.")
         + _each_configuration(
             "void configure(const {config}& config);", _CONFIGURE, _CONFIGURE_THROWS
         )

@@ -82,7 +82,7 @@ def _beside(name: str, what: str, needed: Path, *versions: str | Path, sees: str
     versions
         For pip, which installs them.
     sees
-        A folder of the tree whose packages it sees, and behind it those of ``.venv``.
+        A folder of the tree. Its packages come first, then the packages of ``.venv``.
     """
     folder = TREE / "build" / name
     stamp, python = folder / ".installed", folder / "bin/python"

@@ -95,7 +95,7 @@ def network(environment: Mapping[str, str], pip: str, npm: Mapping[str, str]) ->
     environment
         Of this process; it has the last word, as it does with pip and npm themselves.
     pip
-        What ``pip config list`` prints.
+        Output of ``pip config list``.
     npm
         Settings of npm; ``null`` and ``undefined`` are none.
     """

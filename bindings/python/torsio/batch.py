@@ -60,14 +60,14 @@ class Knobs:
     n
         How many; 1 to ten million.
     options
-        Of all of them, or a sequence of one for each. Loops that are given the very same object
+        One for all loops, or a sequence of one for each. Loops that are given the very same object
         share the tables of their steps: a thousand objects are a thousand times the memory.
         A spin-up is not possible. None is free space.
     actions
-        What :attr:`actions` are: the hand's torque, if every hand is a `TorqueHand`; the commands
+        Content of :attr:`actions`: the hand's torque, if every hand is a `TorqueHand`; the commands
         of motor and brake, so that the law only senses; both; or nothing.
     seeds
-        Of the encoders' noise: one for each loop, or the first one's, from which they count up.
+        Seeds of the encoders' noise: one for each loop, or the first; the others count up from it.
     threads
         How many share a step; None is as many as this process may use. The results do not depend
         on it.

@@ -73,9 +73,9 @@ class LoopOptions(checks.ByName):
     first_tick
         Start of the controller's own count of ticks; the effects began at 0.
     seed
-        Of the noise of the encoder and of the current sensor.
+        Seed of the noise of encoder and current sensor.
     step_ns, stepper
-        Of the plant, as in `torsio.emulator.Plant`; a step is never longer than a control period,
+        As in `torsio.emulator.Plant`; a step is at most a control period long,
         and at most 1 ms if `step_ns` is None.
     """
 

@@ -138,7 +138,7 @@ class Circuit(_torsio.emulator.Circuit):
         duration_ns
             A PWM period; it must be short beside the time constants of winding and supply.
         motor_share, brake_share
-            Of the supply's voltage on winding and coil, -1 to 1.
+            Shares of the supply's voltage on winding and coil, -1 to 1.
         enabled
             False: both currents run back into the supply until there is none.
         """

@@ -49,7 +49,7 @@ MEANING: Final = (
 
 
 def torque_jnds(error_nm: float) -> float:
-    """Give an error of torque in JNDs; below 1 most hands do not tell it from none."""
+    """Give an error of torque in JNDs; below 1 most hands do not feel it."""
     return abs(error_nm) / TORQUE_JND_NM
 
 
@@ -61,7 +61,7 @@ def vibration_nm(torque_nm: npt.NDArray[Any], rate_hz: float) -> npt.NDArray[np.
     torque_nm
         Samples along the first axis, for 0.05 s at least; a rest of less than 0.05 s is left out.
     rate_hz
-        Of the samples; 40 and more.
+        Rate of the samples; 40 and more.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def wall_jnds(
     Parameters
     ----------
     peak_nm
-        Of the wall's torque.
+        Peak of the wall's torque.
     tracking_in, tracking_out
         As shares of it.
     """
@@ -133,9 +133,9 @@ def counts_for(stiffness_nm_per_rad: float, *, jnds: float = 1.0) -> int:
     Parameters
     ----------
     stiffness_nm_per_rad
-        Of the wall; 0 to 1e6.
+        Stiffness of the wall; 0 to 1e6.
     jnds
-        What one count may be at most; > 0.
+        Largest torque of one count; > 0.
     """
     checks.positive("jnds", jnds)
     return max(math.ceil(count_step_nm(stiffness_nm_per_rad, 1) / (jnds * TORQUE_JND_NM)), 1)

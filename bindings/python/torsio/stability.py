@@ -71,7 +71,7 @@ def boundary(
     Returns
     -------
     damping_nm_s_per_rad, stiffness_nm_per_rad
-        Of the scene, along the curve, each of shape (n,); docs/explanation/theory.md, "Stability".
+        Along the curve, each of shape (n,); docs/explanation/theory.md, "Stability".
     """
     checks.kind("actuator", actuator, ActuatorConfig, "an ActuatorConfig")
     checks.kind("control", control, ControlConfig, "a ControlConfig")
@@ -123,7 +123,7 @@ class StabilityMap:
     Attributes
     ----------
     stiffness_nm_per_rad, damping_nm_s_per_rad
-        Of the scenes, shapes (n,) and (m,).
+        Values of the scenes, shapes (n,) and (m,).
     swing_rad
         The knob's motion, peak to peak, long after it was caught; the worst speed's; shape (n, m).
     vibration_nm
@@ -174,9 +174,9 @@ def measure(
     Parameters
     ----------
     plant
-        What the knob truly is.
+        The true knob.
     actuator, control
-        What its device takes it for, and by which law it controls.
+        Beliefs of its device, and the law by which it controls.
     progress
         Called with how many dampings are done, and of how many.
     """

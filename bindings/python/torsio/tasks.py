@@ -93,7 +93,7 @@ class Task(ABC):
         Parameters
         ----------
         law
-            What controls in the place of a learner, who then has no actions.
+            Controls in the place of a learner, which then has no actions.
         """
         checks.kind("rng", rng, np.random.Generator, "as numpy.random.default_rng(1) gives it")
         count = min(checks.whole("n", n, 1, MOST_AT_ONCE), self.kinds)

@@ -39,9 +39,9 @@ TELEMETRY_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("position_counts", "<i8"),  # from the device's zero, never wraps
         ("angle_rad", "<f8"),  # the same as an angle
         ("speed_rad_s", "<f4"),  # estimated
-        ("desired_torque_nm", "<f4"),  # what the scene asks
+        ("desired_torque_nm", "<f4"),  # torque that the scene asks for
         ("motor_command_nm", "<f4"),  # asked of the motor
-        ("brake_capacity_nm", "<f4"),  # what the brake can hold, estimated
+        ("brake_capacity_nm", "<f4"),  # most that the brake can hold, estimated
         ("spring_torque_nm", "<f4"),  # of the shaft on the knob, sensed
         ("flags", "u1"),  # of this sample or a neighbour in the same report
     ],
@@ -56,8 +56,8 @@ TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("brake_angle_rad", "<f8"),  # of the far side of the shaft spring
         ("speed_rad_s", "<f8"),  # of the knob
         ("spring_torque_nm", "<f8"),  # of the shaft spring
-        ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
-        ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
+        ("brake_torque_nm", "<f8"),  # torque that the brake transmits, drag included
+        ("brake_capacity_nm", "<f8"),  # most that it could transmit, drag included, >= 0
         ("motor_torque_nm", "<f8"),  # after the motor's lag
         ("hand_torque_nm", "<f8"),  # of the hand on the knob
     ],
@@ -74,8 +74,8 @@ PLANT_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("brake_speed_rad_s", "<f8"),
         ("spring_torque_nm", "<f8"),  # of the shaft spring
         ("motor_torque_nm", "<f8"),  # after the motor's lag
-        ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
-        ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
+        ("brake_torque_nm", "<f8"),  # torque that the brake transmits, drag included
+        ("brake_capacity_nm", "<f8"),  # most that it could transmit, drag included, >= 0
         ("hand_torque_nm", "<f8"),  # of the hand on the knob
         ("knob_friction_torque_nm", "<f8"),  # Coulomb friction on the knob
         ("knob_sticks", "?"),
@@ -94,17 +94,17 @@ LOOP_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("brake_speed_rad_s", "<f8"),
         ("spring_torque_nm", "<f8"),  # of the shaft spring
         ("motor_torque_nm", "<f8"),  # after the motor's lag
-        ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
-        ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
+        ("brake_torque_nm", "<f8"),  # torque that the brake transmits, drag included
+        ("brake_capacity_nm", "<f8"),  # most that it could transmit, drag included, >= 0
         ("hand_torque_nm", "<f8"),  # of the hand on the knob
         ("knob_friction_torque_nm", "<f8"),  # Coulomb friction on the knob
         ("position_counts", "<i8"),  # measured, from the device's zero
         ("estimated_speed_rad_s", "<f4"),  # measured
-        ("desired_torque_nm", "<f4"),  # what the scene asks
+        ("desired_torque_nm", "<f4"),  # torque that the scene asks for
         ("motor_command_nm", "<f4"),
         ("brake_command_nm", "<f4"),
         ("sensed_spring_torque_nm", "<f4"),  # of the shaft spring, as the soft sensor has it
-        ("sensed_brake_capacity_nm", "<f4"),  # what the brake is taken to hold, without drag
+        ("sensed_brake_capacity_nm", "<f4"),  # believed capacity of the brake, without drag
         ("knob_sticks", "?"),
         ("brake_sticks", "?"),
         ("motor_saturated", "?"),

@@ -274,7 +274,7 @@ class Faults:
         Parameters
         ----------
         probability
-            Of each report, 0 to 1. The knob's seed decides which.
+            Probability for each report, 0 to 1. The knob's seed decides which.
         """
         with self._link_faults(corrupt_output=probability, corrupt_input=probability):
             yield

@@ -73,7 +73,7 @@ enum class CurrentSensorState : std::uint8_t { works, dead, stuck, saturated };
 
 /// Kind of input to an emulated device. In brackets: its bytes; numbers are little endian.
 enum class InputKind : std::uint8_t {
-  stored,          ///< what is in the storage from now on (both slots)
+  stored,          ///< content of the storage from now on (both slots)
   power,           ///< (0 or 1)
   connected,       ///< the bus (0 or 1)
   output,          ///< a report that has arrived (64 bytes)
@@ -150,7 +150,7 @@ struct Electrics {
   /// from the middle of the time in which the bridge drives to the measurement; 0 to 1e-5
   double sample_offset_s = 1e-6;
   double sensor_v_per_a = 0.2;    ///< of the current sensor; > 0
-  double sensor_zero_v = 1.65;    ///< what it shows without current; -10 to 10
+  double sensor_zero_v = 1.65;    ///< its output without current; -10 to 10
   double sensor_noise_v = 0.001;  ///< standard deviation; >= 0
   double sensor_range_v = 3.3;    ///< of its converter, from 0; > 0
   int sensor_bits = 12;           ///< of its converter; 1 to 24
@@ -206,8 +206,8 @@ struct TruthSample {
   double brake_angle_rad;    ///< of the far side of the shaft spring
   double speed_rad_s;        ///< of the knob
   double spring_torque_nm;   ///< of the shaft spring
-  double brake_torque_nm;    ///< what the brake transmits, drag included
-  double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
+  double brake_torque_nm;    ///< torque that the brake transmits, drag included
+  double brake_capacity_nm;  ///< most that it could transmit, drag included, >= 0
   double motor_torque_nm;    ///< after the motor's lag
   double hand_torque_nm;     ///< of the hand on the knob
 };
@@ -225,9 +225,9 @@ struct ElectricsState {
 /// Something that entered an emulated device, so that it can run again.
 struct DeviceInput {
   std::uint64_t tick = 0;  ///< control ticks that had run before it, since the first power-up
-  InputKind kind = InputKind::stored;  ///< what it is
-  /// what it says: a report, or as its kind has it; of counts one control tick for each, in 32
-  /// bits, little endian
+  InputKind kind = InputKind::stored;  ///< its kind
+  /// its content: a report, or as its kind has it; of counts one control tick for each, in 32 bits,
+  /// little endian
   std::vector<std::uint8_t> bytes{};
 };
 

@@ -185,7 +185,7 @@ struct Fields<Electrics> {
         field("sensor_v_per_a", &Electrics::sensor_v_per_a, "V/A", 1e-15, 1e15,
               "of the current sensor"),
         field("sensor_zero_v", &Electrics::sensor_zero_v, "V", -10.0, 10.0,
-              "what it shows without current"),
+              "its output without current"),
         field("sensor_noise_v", &Electrics::sensor_noise_v, "V", 0.0, 1e15, "standard deviation"),
         field("sensor_range_v", &Electrics::sensor_range_v, "V", 1e-15, 1e15,
               "of its converter, from 0"),
@@ -275,9 +275,9 @@ struct Fields<TruthSample> {
         field("spring_torque_nm", &TruthSample::spring_torque_nm, "", -kNoLimit, kNoLimit,
               "of the shaft spring"),
         field("brake_torque_nm", &TruthSample::brake_torque_nm, "", -kNoLimit, kNoLimit,
-              "what the brake transmits, drag included"),
+              "torque that the brake transmits, drag included"),
         field("brake_capacity_nm", &TruthSample::brake_capacity_nm, "", -kNoLimit, kNoLimit,
-              "what it could transmit, drag included, >= 0"),
+              "most that it could transmit, drag included, >= 0"),
         field("motor_torque_nm", &TruthSample::motor_torque_nm, "", -kNoLimit, kNoLimit,
               "after the motor's lag"),
         field("hand_torque_nm", &TruthSample::hand_torque_nm, "", -kNoLimit, kNoLimit,
@@ -308,9 +308,9 @@ struct Fields<DeviceInput> {
   static constexpr decltype(auto) apply(Visit&& visit) {
     return visit(field("tick", &DeviceInput::tick, "", -kNoLimit, kNoLimit,
                        "control ticks that had run before it, since the first power-up"),
-                 field("kind", &DeviceInput::kind, "", -kNoLimit, kNoLimit, "what it is"),
+                 field("kind", &DeviceInput::kind, "", -kNoLimit, kNoLimit, "its kind"),
                  field("bytes", &DeviceInput::bytes, "", -kNoLimit, kNoLimit,
-                       "what it says: a report, or as its kind has it; of counts one control tick "
+                       "its content: a report, or as its kind has it; of counts one control tick "
                        "for each, in 32 bits, little endian"));
   }
 };

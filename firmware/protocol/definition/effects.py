@@ -246,7 +246,7 @@ CURVE = _effect(
             "from the first point to the last; at least two of the encoder's counts", default=1.0,
         )
     ),
-    choice("ends", e.ENDS, "what it does outside the span"),
+    choice("ends", e.ENDS, "its torque outside the span"),
     raw("first_point", "u16", "index in the pool", "", 0, int(CURVE_POOL_POINTS.value) - 2),
     raw("points", "u16", "", "", 2, CURVE_POOL_POINTS, default=2),
     wire_doc="A torque over angle, linear between points of the pool. Outside its span it holds its "

@@ -40,7 +40,7 @@ IDENTITY = Structure(
         raw("fingerprint", "u32", "of the report layouts, the same as the library's"),
         raw("version", "u16", "version of the protocol", default="protocol_version"),
         raw("firmware_version", "u8", "major, minor, patch", count=3),
-        raw("board", "u8", "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
+        raw("board", "u8", "board of the firmware: 0 is the emulated device; firmware/boards/"),
         raw("serial", "u8", "ASCII, padded with zeros", count=16),
         raw("axes", "u8", "actuators behind this interface", "", 1, 16, default=1),
         raw("effects", "u8", "places in a scene", "", 1, MAX_EFFECTS, default="max_effects"),
@@ -93,7 +93,7 @@ HEALTH = Structure(
         raw("tick_time_ns", "u32", "time that the last control tick took", "ns"),
         raw("tick_time_max_ns", "u32", "longest tick so far", "ns"),
         raw("saves", "u32", "how often the configuration was saved, ever"),
-        on_wire(choice("owner", e.OWNER, "who has the actuator")),
+        on_wire(choice("owner", e.OWNER, "owner of the actuator")),
         on_wire(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
         raw(
             "unexpected_swings",
@@ -111,9 +111,9 @@ GAME_EFFECT = Structure(
     "One effect of a game.",
     (
         raw("block", "u8", "its number, from 1; 0: an empty row of the report"),
-        on_wire(choice("kind", e.GAME_EFFECT_KIND, "what it is")),
+        on_wire(choice("kind", e.GAME_EFFECT_KIND, "its kind")),
         on_wire(choice("state", e.GAME_EFFECT_STATE, "whether it plays")),
-        raw("torque", "i16", "what it gives now, before the cap on all together", "torque_step_nm"),
+        raw("torque", "i16", "torque now, before the cap on all together", "torque_step_nm"),
         raw("updates", "u32", "reports about it since it was made"),
         raw("silent_ms", "u16", "since the last of them; 65.535 s is that or longer", "ms"),
     ),
@@ -123,7 +123,7 @@ GAME_MONITOR = Structure(
     "Effects of games. Each reading shows the next of the effects, in turns. Read only.",
     (
         raw("tick", "u64", "of this moment"),
-        on_wire(choice("owner", e.OWNER, "who has the actuator")),
+        on_wire(choice("owner", e.OWNER, "owner of the actuator")),
         on_wire(switch("paused", e.TOGGLE, "by the game")),
         on_wire(switch("enabled", e.TOGGLE, "the game wants the actuator on")),
         raw("gain", "u16", "of the device, as the game set it, 0 to 1", "1/32767"),
@@ -194,7 +194,7 @@ MOTOR_CURRENT = Structure(
 COMMAND = Structure(
     "Command",
     "An order without values.",
-    (_SEQUENCE, _AXIS, on_wire(choice("op", e.OP, "what to do"))),
+    (_SEQUENCE, _AXIS, on_wire(choice("op", e.OP, "the order"))),
     id=0x10,
     direction="output",
 )
@@ -287,9 +287,9 @@ SAMPLE = Structure(
     (
         raw("offset_counts", "i16", "position behind the base", "count"),
         raw("speed", "i16", "estimated", "speed_step_rad_s"),
-        raw("desired_torque", "i16", "what the scene asks", "torque_step_nm"),
+        raw("desired_torque", "i16", "torque that the scene asks for", "torque_step_nm"),
         raw("motor_command", "i16", "asked of the motor", "torque_step_nm"),
-        raw("brake_capacity", "i16", "what the brake can hold, estimated", "torque_step_nm"),
+        raw("brake_capacity", "i16", "most that the brake can hold, estimated", "torque_step_nm"),
         raw("spring_torque", "i16", "of the shaft on the knob, sensed", "torque_step_nm"),
     ),
 )
@@ -324,7 +324,7 @@ ACKNOWLEDGEMENT = Structure(
         ),
         on_wire(choice("state", e.STATE, "after the report")),
         raw("tick", "u64", "when it took effect or was refused"),
-        on_wire(choice("owner", e.OWNER, "who has the actuator after the report")),
+        on_wire(choice("owner", e.OWNER, "owner of the actuator after the report")),
     ),
     id=0x41,
     direction="input",
@@ -333,11 +333,11 @@ EVENT = Structure(
     "Event",
     "Something that the host did not ask for.",
     (
-        on_wire(choice("kind", e.EVENT_KIND, "what happened")),
+        on_wire(choice("kind", e.EVENT_KIND, "kind of event")),
         on_wire(choice("state", e.STATE, "after the event")),
         raw("faults", "u16", "bits, see above"),
         raw("tick", "u64", "when: control periods since power-up"),
-        on_wire(choice("owner", e.OWNER, "who has the actuator after the event")),
+        on_wire(choice("owner", e.OWNER, "owner of the actuator after the event")),
     ),
     id=0x42,
     direction="input",

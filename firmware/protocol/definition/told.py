@@ -10,7 +10,7 @@ LISTED_DEVICE = Structure(
     "ListedDevice",
     "A device that could be opened.",
     (
-        text("path", "what open() takes"),
+        text("path", "path for open()"),
         text("serial", "serial number"),
         text("product", "as its maker calls it"),
         text("board", "empty if the device could not be asked"),
@@ -23,7 +23,7 @@ DEVICE_INFO = Structure(
     "DeviceInfo",
     "Identity and abilities of the device.",
     (
-        text("path", "what open() takes"),
+        text("path", "path for open()"),
         text("serial", "serial number"),
         text("product", "as its maker calls it"),
         text("board", '"pico2", "emulated", ...'),
@@ -86,7 +86,7 @@ MOTOR_CURRENT = Structure(
         told("angle_rad", "double", "at the newest tick"),
         *told_of(reports.MOTOR_CURRENT, "period_ns", "delay_ns", "periods"),
         told("current_a", "double", "the newest measurement, without its zero"),
-        told("zero_a", "double", "what is measured without current"),
+        told("zero_a", "double", "reading without current"),
         told("step_a", "double", "of the converter"),
         told("current_sum_a", "double", "of all measurements, each with its zero"),
         *told_of(reports.MOTOR_CURRENT, "share", "share_before", "share_sum"),
@@ -159,7 +159,7 @@ EVENT = Structure(
     "Event",
     "Something that the device did without being asked, or that somebody else asked for.",
     (
-        text("kind", 'what happened: "state_changed", "watchdog", "deadline_missed", ...'),
+        text("kind", 'kind of event: "state_changed", "watchdog", "deadline_missed", ...'),
         *told_of(reports.EVENT, "state", "owner"),
         texts("faults", "names of the faults that are latched after it"),
         *told_of(reports.EVENT, "tick"),
@@ -185,7 +185,7 @@ STABLE_STIFFNESS = Structure(
         told("stiffness_nm_per_rad", "double", "the stiffest such spring"),
         text(
             "limited_by",
-            'what to better for more: "rate" of the control, "lag" of the motor, "counts" of the '
+            'the limit to improve: "rate" of the control, "lag" of the motor, "counts" of the '
             "encoder",
         ),
     ),

@@ -23,15 +23,15 @@ class Fault:
     name
         To choose it by.
     words
-        What a maker has done.
+        The maker's mistake.
     finding
         The finding that names it: of a step of first power, of `doctor`, or of `calibrate`.
     also
         Other findings that it may show itself by.
     change
-        What it makes of the plant.
+        Changes the plant.
     happen
-        What it does to the world round the open knob.
+        Changes the world round the open knob.
     meter
         Volts that a meter shows in place of what is right, by the point.
     reversed_encoder

@@ -25,11 +25,11 @@ class Flexure:
     hub_radius_m, rim_radius_m
         Where the arms are clamped; 0 < hub < rim.
     thickness_m
-        Of an arm, in the plane; > 0.
+        Thickness of an arm, in the plane; > 0.
     width_m
-        Of an arm, along the axis; > 0.
+        Width of an arm, along the axis; > 0.
     wrap_rad
-        What a spiral's arm turns on its way out.
+        Angle that a spiral's arm turns on its way out.
     swing_rad, waves
         Amplitude and number of a meander's waves.
     """

@@ -400,7 +400,7 @@ typedef struct torsio_curve {
   /// from the first point to the last; at least two of the encoder's counts; 0 to 804.247719; at
   /// first 1
   double span_rad;
-  /// a torsio_ends: what it does outside the span; at first hold
+  /// a torsio_ends: its torque outside the span; at first hold
   int32_t ends;
 } torsio_curve;
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
@@ -902,7 +902,7 @@ typedef struct torsio_electrics {
   double sample_offset_s;
   /// of the current sensor; > 0; at first 0.2
   double sensor_v_per_a;
-  /// what it shows without current; -10 to 10; at first 1.65
+  /// its output without current; -10 to 10; at first 1.65
   double sensor_zero_v;
   /// standard deviation; >= 0; at first 0.001
   double sensor_noise_v;
@@ -994,7 +994,7 @@ typedef struct torsio_emulator_options {
   uint64_t seed;
   /// ticks in a second; 1000 to 2e4; at first 1000
   double control_rate_hz;
-  /// what it is made of; NULL: as torsio_plant_params_init() has it
+  /// its parts; NULL: as torsio_plant_params_init() has it
   const torsio_plant_params* plant;
   /// at most 16 ASCII characters; empty: derived from the device's name
   const char* serial;
@@ -1018,7 +1018,7 @@ TORSIO_API torsio_result torsio_emulator_options_init(torsio_emulator_options* s
 
 /// A device that could be opened.
 typedef struct torsio_listed_device {
-  /// what open() takes
+  /// path for open()
   char path[TORSIO_TEXT_BYTES];
   /// serial number
   char serial[TORSIO_TEXT_BYTES];
@@ -1035,7 +1035,7 @@ typedef struct torsio_listed_device {
 /// Identity and abilities of the device.
 typedef struct torsio_device_info {
   uint32_t struct_size;  ///< bytes of a torsio_device_info
-  /// what open() takes
+  /// path for open()
   char path[TORSIO_TEXT_BYTES];
   /// serial number
   char serial[TORSIO_TEXT_BYTES];
@@ -1103,7 +1103,7 @@ typedef struct torsio_health {
   double tick_time_max_s;
   /// how often the configuration was saved, ever
   uint32_t saves;
-  /// a torsio_owner: who has the actuator
+  /// a torsio_owner: owner of the actuator
   int32_t owner;
   /// a torsio_reset_cause: why the device started
   int32_t reset_cause;
@@ -1156,7 +1156,7 @@ typedef struct torsio_motor_current {
   uint64_t periods;
   /// the newest measurement, without its zero
   double current_a;
-  /// what is measured without current
+  /// reading without current
   double zero_a;
   /// of the converter
   double step_a;
@@ -1195,7 +1195,7 @@ typedef struct torsio_stable_stiffness {
   uint32_t struct_size;  ///< bytes of a torsio_stable_stiffness
   /// the stiffest such spring
   double stiffness_nm_per_rad;
-  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
+  /// the limit to improve: "rate" of the control, "lag" of the motor, "counts" of the encoder
   char limited_by[TORSIO_TEXT_BYTES];
 } torsio_stable_stiffness;
 TORSIO_API torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure);
@@ -1205,7 +1205,7 @@ typedef struct torsio_game_status {
   uint32_t struct_size;  ///< bytes of a torsio_game_status
   /// of this moment: the device's tick times the control period
   double time_s;
-  /// a torsio_owner: who has the actuator
+  /// a torsio_owner: owner of the actuator
   int32_t owner;
   /// by the game
   bool paused;
@@ -1230,11 +1230,11 @@ TORSIO_API torsio_result torsio_game_status_init(torsio_game_status* structure);
 typedef struct torsio_game_effect {
   /// its number, from 1; 0: an empty row of the report
   int32_t block;
-  /// a torsio_game_effect_kind: what it is
+  /// a torsio_game_effect_kind: its kind
   int32_t kind;
   /// a torsio_game_effect_state: whether it plays
   int32_t state;
-  /// what it gives now, before the cap on all together
+  /// torque now, before the cap on all together
   double torque_nm;
   /// reports about it since it was made
   uint32_t updates;
@@ -1267,11 +1267,11 @@ TORSIO_API torsio_result torsio_link_statistics_init(torsio_link_statistics* str
 /// Something that the device did without being asked, or that somebody else asked for.
 typedef struct torsio_event {
   uint32_t struct_size;  ///< bytes of a torsio_event
-  /// what happened: "state_changed", "watchdog", "deadline_missed", ...
+  /// kind of event: "state_changed", "watchdog", "deadline_missed", ...
   char kind[TORSIO_TEXT_BYTES];
   /// a torsio_state: after the event
   int32_t state;
-  /// a torsio_owner: who has the actuator after the event
+  /// a torsio_owner: owner of the actuator after the event
   int32_t owner;
   /// TORSIO_FAULT_...: the faults that are latched after it
   uint32_t faults;
@@ -1326,11 +1326,11 @@ typedef struct torsio_telemetry_sample {
   double angle_rad;
   /// estimated
   float speed_rad_s;
-  /// what the scene asks
+  /// torque that the scene asks for
   float desired_torque_nm;
   /// asked of the motor
   float motor_command_nm;
-  /// what the brake can hold, estimated
+  /// most that the brake can hold, estimated
   float brake_capacity_nm;
   /// of the shaft on the knob, sensed
   float spring_torque_nm;
@@ -1350,9 +1350,9 @@ typedef struct torsio_truth_sample {
   double speed_rad_s;
   /// of the shaft spring
   double spring_torque_nm;
-  /// what the brake transmits, drag included
+  /// torque that the brake transmits, drag included
   double brake_torque_nm;
-  /// what it could transmit, drag included, >= 0
+  /// most that it could transmit, drag included, >= 0
   double brake_capacity_nm;
   /// after the motor's lag
   double motor_torque_nm;

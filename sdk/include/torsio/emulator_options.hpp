@@ -18,8 +18,8 @@ namespace torsio {
 struct EmulatorOptions {
   std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
   double control_rate_hz = 1000.0;  ///< ticks in a second; 1000 to 2e4
-  PlantParams plant{};              ///< what it is made of
-  Hand hand = NoHand{};             ///< who holds it
+  PlantParams plant{};              ///< its parts
+  Hand hand = NoHand{};             ///< the hand on it
   std::string serial{};  ///< at most 16 ASCII characters; empty: derived from the device's name
   /// configuration at power-up; it replaces the stored one and the defaults
   std::optional<ActuatorConfig> actuator{};

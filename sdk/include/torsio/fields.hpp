@@ -264,7 +264,7 @@ struct Fields<Curve> {
               "angle of the first point"),
         field("span_rad", &Curve::span_rad, "rad", 0.0, 804.247719318987,
               "from the first point to the last; at least two of the encoder's counts"),
-        field("ends", &Curve::ends, "", -kNoLimit, kNoLimit, "what it does outside the span"));
+        field("ends", &Curve::ends, "", -kNoLimit, kNoLimit, "its torque outside the span"));
   }
 };
 template <>
@@ -647,11 +647,11 @@ struct Fields<TelemetrySample> {
               "the same as an angle"),
         field("speed_rad_s", &TelemetrySample::speed_rad_s, "", -kNoLimit, kNoLimit, "estimated"),
         field("desired_torque_nm", &TelemetrySample::desired_torque_nm, "", -kNoLimit, kNoLimit,
-              "what the scene asks"),
+              "torque that the scene asks for"),
         field("motor_command_nm", &TelemetrySample::motor_command_nm, "", -kNoLimit, kNoLimit,
               "asked of the motor"),
         field("brake_capacity_nm", &TelemetrySample::brake_capacity_nm, "", -kNoLimit, kNoLimit,
-              "what the brake can hold, estimated"),
+              "most that the brake can hold, estimated"),
         field("spring_torque_nm", &TelemetrySample::spring_torque_nm, "", -kNoLimit, kNoLimit,
               "of the shaft on the knob, sensed"),
         field("flags", &TelemetrySample::flags, "", -kNoLimit, kNoLimit,
@@ -664,7 +664,7 @@ struct Fields<ListedDevice> {
   template <class Visit>
   static constexpr decltype(auto) apply(Visit&& visit) {
     return visit(
-        field("path", &ListedDevice::path, "", -kNoLimit, kNoLimit, "what open() takes"),
+        field("path", &ListedDevice::path, "", -kNoLimit, kNoLimit, "path for open()"),
         field("serial", &ListedDevice::serial, "", -kNoLimit, kNoLimit, "serial number"),
         field("product", &ListedDevice::product, "", -kNoLimit, kNoLimit, "as its maker calls it"),
         field("board", &ListedDevice::board, "", -kNoLimit, kNoLimit,
@@ -681,7 +681,7 @@ struct Fields<DeviceInfo> {
   template <class Visit>
   static constexpr decltype(auto) apply(Visit&& visit) {
     return visit(
-        field("path", &DeviceInfo::path, "", -kNoLimit, kNoLimit, "what open() takes"),
+        field("path", &DeviceInfo::path, "", -kNoLimit, kNoLimit, "path for open()"),
         field("serial", &DeviceInfo::serial, "", -kNoLimit, kNoLimit, "serial number"),
         field("product", &DeviceInfo::product, "", -kNoLimit, kNoLimit, "as its maker calls it"),
         field("board", &DeviceInfo::board, "", -kNoLimit, kNoLimit, "\"pico2\", \"emulated\", ..."),
@@ -744,7 +744,7 @@ struct Fields<Health> {
               "longest tick so far"),
         field("saves", &Health::saves, "", -kNoLimit, kNoLimit,
               "how often the configuration was saved, ever"),
-        field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+        field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "owner of the actuator"),
         field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit,
               "why the device started"),
         field("unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
@@ -794,8 +794,7 @@ struct Fields<MotorCurrent> {
               "done, each with one measurement"),
         field("current_a", &MotorCurrent::current_a, "", -kNoLimit, kNoLimit,
               "the newest measurement, without its zero"),
-        field("zero_a", &MotorCurrent::zero_a, "", -kNoLimit, kNoLimit,
-              "what is measured without current"),
+        field("zero_a", &MotorCurrent::zero_a, "", -kNoLimit, kNoLimit, "reading without current"),
         field("step_a", &MotorCurrent::step_a, "", -kNoLimit, kNoLimit, "of the converter"),
         field("current_sum_a", &MotorCurrent::current_sum_a, "", -kNoLimit, kNoLimit,
               "of all measurements, each with its zero"),
@@ -835,7 +834,7 @@ struct Fields<StableStiffness> {
     return visit(field("stiffness_nm_per_rad", &StableStiffness::stiffness_nm_per_rad, "",
                        -kNoLimit, kNoLimit, "the stiffest such spring"),
                  field("limited_by", &StableStiffness::limited_by, "", -kNoLimit, kNoLimit,
-                       "what to better for more: \"rate\" of the control, \"lag\" of the motor, "
+                       "the limit to improve: \"rate\" of the control, \"lag\" of the motor, "
                        "\"counts\" of the encoder"));
   }
 };
@@ -847,7 +846,7 @@ struct Fields<GameStatus> {
     return visit(
         field("time_s", &GameStatus::time_s, "", -kNoLimit, kNoLimit,
               "of this moment: the device's tick times the control period"),
-        field("owner", &GameStatus::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+        field("owner", &GameStatus::owner, "", -kNoLimit, kNoLimit, "owner of the actuator"),
         field("paused", &GameStatus::paused, "", -kNoLimit, kNoLimit, "by the game"),
         field("enabled", &GameStatus::enabled, "", -kNoLimit, kNoLimit,
               "the game wants the actuator on"),
@@ -872,10 +871,10 @@ struct Fields<GameEffect> {
   static constexpr decltype(auto) apply(Visit&& visit) {
     return visit(field("block", &GameEffect::block, "", -kNoLimit, kNoLimit,
                        "its number, from 1; 0: an empty row of the report"),
-                 field("kind", &GameEffect::kind, "", -kNoLimit, kNoLimit, "what it is"),
+                 field("kind", &GameEffect::kind, "", -kNoLimit, kNoLimit, "its kind"),
                  field("state", &GameEffect::state, "", -kNoLimit, kNoLimit, "whether it plays"),
                  field("torque_nm", &GameEffect::torque_nm, "", -kNoLimit, kNoLimit,
-                       "what it gives now, before the cap on all together"),
+                       "torque now, before the cap on all together"),
                  field("updates", &GameEffect::updates, "", -kNoLimit, kNoLimit,
                        "reports about it since it was made"),
                  field("silent_s", &GameEffect::silent_s, "", -kNoLimit, kNoLimit,
@@ -912,10 +911,10 @@ struct Fields<Event> {
   static constexpr decltype(auto) apply(Visit&& visit) {
     return visit(
         field("kind", &Event::kind, "", -kNoLimit, kNoLimit,
-              "what happened: \"state_changed\", \"watchdog\", \"deadline_missed\", ..."),
+              "kind of event: \"state_changed\", \"watchdog\", \"deadline_missed\", ..."),
         field("state", &Event::state, "", -kNoLimit, kNoLimit, "after the event"),
         field("owner", &Event::owner, "", -kNoLimit, kNoLimit,
-              "who has the actuator after the event"),
+              "owner of the actuator after the event"),
         field("faults", &Event::faults, "", -kNoLimit, kNoLimit,
               "names of the faults that are latched after it"),
         field("tick", &Event::tick, "", -kNoLimit, kNoLimit,
@@ -947,8 +946,8 @@ struct Fields<EmulatorOptions> {
               "of everything random: encoder noise, damaged reports"),
         field("control_rate_hz", &EmulatorOptions::control_rate_hz, "Hz", 1000.0, 2e4,
               "ticks in a second"),
-        field("plant", &EmulatorOptions::plant, "", -kNoLimit, kNoLimit, "what it is made of"),
-        field("hand", &EmulatorOptions::hand, "", -kNoLimit, kNoLimit, "who holds it"),
+        field("plant", &EmulatorOptions::plant, "", -kNoLimit, kNoLimit, "its parts"),
+        field("hand", &EmulatorOptions::hand, "", -kNoLimit, kNoLimit, "the hand on it"),
         field("serial", &EmulatorOptions::serial, "", -kNoLimit, kNoLimit,
               "at most 16 ASCII characters; empty: derived from the device's name"),
         field("actuator", &EmulatorOptions::actuator, "", -kNoLimit, kNoLimit,

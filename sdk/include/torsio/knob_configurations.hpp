@@ -15,7 +15,7 @@ namespace torsio {
 /// The members of a Knob that are about one configuration each.
 class TORSIO_EXPORT KnobConfigurations {
  public:
-  /// What the device has.
+  /// The device's present values.
   [[nodiscard]] ActuatorConfig actuator_config();
   [[nodiscard]] ControlConfig control_config();          ///< as above
   [[nodiscard]] BoardConfig board_config();              ///< as above

@@ -148,7 +148,7 @@ struct Curve {
   double angle_rad = 0.0;           ///< angle of the first point
   /// from the first point to the last; at least two of the encoder's counts; 0 to 804.247719
   double span_rad = 1.0;
-  Ends ends = Ends::hold;  ///< what it does outside the span
+  Ends ends = Ends::hold;  ///< its torque outside the span
 };
 
 /// The knock of something hard, in proportion to the speed at which the knob enters the surface: a

@@ -96,9 +96,9 @@ struct TelemetrySample {
   std::int64_t position_counts;  ///< from the device's zero, never wraps
   double angle_rad;              ///< the same as an angle
   float speed_rad_s;             ///< estimated
-  float desired_torque_nm;       ///< what the scene asks
+  float desired_torque_nm;       ///< torque that the scene asks for
   float motor_command_nm;        ///< asked of the motor
-  float brake_capacity_nm;       ///< what the brake can hold, estimated
+  float brake_capacity_nm;       ///< most that the brake can hold, estimated
   float spring_torque_nm;        ///< of the shaft on the knob, sensed
   std::uint8_t flags;            ///< of this sample or a neighbour in the same report
 
@@ -107,7 +107,7 @@ struct TelemetrySample {
 
 /// A device that could be opened.
 struct ListedDevice {
-  std::string path{};       ///< what open() takes
+  std::string path{};       ///< path for open()
   std::string serial{};     ///< serial number
   std::string product{};    ///< as its maker calls it
   std::string board{};      ///< empty if the device could not be asked
@@ -119,7 +119,7 @@ struct ListedDevice {
 
 /// Identity and abilities of the device.
 struct DeviceInfo {
-  std::string path{};              ///< what open() takes
+  std::string path{};              ///< path for open()
   std::string serial{};            ///< serial number
   std::string product{};           ///< as its maker calls it
   std::string board{};             ///< "pico2", "emulated", ...
@@ -155,7 +155,7 @@ struct Health {
   double tick_time_s = 0.0;                      ///< time that the last control tick took
   double tick_time_max_s = 0.0;                  ///< longest tick so far
   std::uint32_t saves = 0;                       ///< how often the configuration was saved, ever
-  Owner owner = Owner::none;                     ///< who has the actuator
+  Owner owner = Owner::none;                     ///< owner of the actuator
   ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
   /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
   /// since the knob was configured
@@ -189,7 +189,7 @@ struct MotorCurrent {
   double delay_s = 0.0;        ///< from a measurement to the voltage that answers it
   std::uint64_t periods = 0;   ///< done, each with one measurement
   double current_a = 0.0;      ///< the newest measurement, without its zero
-  double zero_a = 0.0;         ///< what is measured without current
+  double zero_a = 0.0;         ///< reading without current
   double step_a = 0.0;         ///< of the converter
   double current_sum_a = 0.0;  ///< of all measurements, each with its zero
   double share = 0.0;          ///< share of the supply's voltage that answers it
@@ -215,7 +215,7 @@ struct Limits {
 /// How stiff a spring can be that a knob swings in and still comes to rest.
 struct StableStiffness {
   double stiffness_nm_per_rad = 0.0;  ///< the stiffest such spring
-  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
+  /// the limit to improve: "rate" of the control, "lag" of the motor, "counts" of the encoder
   std::string limited_by{};
 
   friend bool operator==(const StableStiffness&, const StableStiffness&) = default;
@@ -224,7 +224,7 @@ struct StableStiffness {
 /// Effects of games on the device.
 struct GameStatus {
   double time_s = 0.0;        ///< of this moment: the device's tick times the control period
-  Owner owner = Owner::none;  ///< who has the actuator
+  Owner owner = Owner::none;  ///< owner of the actuator
   bool paused = false;        ///< by the game
   bool enabled = false;       ///< the game wants the actuator on
   double gain = 0.0;          ///< of the device, as the game set it, 0 to 1
@@ -240,11 +240,11 @@ struct GameStatus {
 /// One effect that a game has made.
 struct GameEffect {
   int block = 0;  ///< its number, from 1; 0: an empty row of the report
-  GameEffectKind kind = GameEffectKind::none;        ///< what it is
+  GameEffectKind kind = GameEffectKind::none;        ///< its kind
   GameEffectState state = GameEffectState::stopped;  ///< whether it plays
-  double torque_nm = 0.0;     ///< what it gives now, before the cap on all together
-  std::uint32_t updates = 0;  ///< reports about it since it was made
-  double silent_s = 0.0;      ///< since the last of them; 65.535 s is that or longer
+  double torque_nm = 0.0;                            ///< torque now, before the cap on all together
+  std::uint32_t updates = 0;                         ///< reports about it since it was made
+  double silent_s = 0.0;  ///< since the last of them; 65.535 s is that or longer
 };
 
 /// Counters of this end of the cable, since the knob was opened.
@@ -261,9 +261,9 @@ struct LinkStatistics {
 
 /// Something that the device did without being asked, or that somebody else asked for.
 struct Event {
-  std::string kind{};  ///< what happened: "state_changed", "watchdog", "deadline_missed", ...
+  std::string kind{};  ///< kind of event: "state_changed", "watchdog", "deadline_missed", ...
   State state = State::disarmed;      ///< after the event
-  Owner owner = Owner::none;          ///< who has the actuator after the event
+  Owner owner = Owner::none;          ///< owner of the actuator after the event
   std::vector<std::string> faults{};  ///< names of the faults that are latched after it
   std::uint64_t tick = 0;             ///< when: control periods since power-up
   double time_s = 0.0;                ///< tick times the control period

@@ -22,7 +22,7 @@ class Exit:
         From then until the first tick from which on the knob is outside; None if it is inside at
         the end.
     stuck_torque_nm
-        What the wall asks for at the end; 0 outside.
+        Torque that the wall asks for at the end; 0 outside.
     outcome
         Dry friction may hold the knob where the wall asks for no more than that, and a count of the
         encoder, that it does not see.
@@ -44,7 +44,7 @@ def measure_exit(
         Size of the torque that a perfect wall gives where the knob truly is, >= 0 and 0 outside
         only; shape as `time_s`.
     friction_nm
-        What the bearings and the released brake can hold together.
+        Torque that bearings and released brake can hold together.
     count_nm
         Torque of the wall over one count of the encoder.
     """

@@ -32,7 +32,7 @@ class Brake:
     Attributes
     ----------
     left
-        What it holds without current, its drag aside, once it has held and let go.
+        Torque that it holds without current, beyond its drag, once it has held and let go.
     top_nm
         The highest stair.
     """
@@ -171,7 +171,7 @@ def estimate_brake(
     cogging_nm
         Torque on the knob over the angle.
     inertia_kg_m2, viscous_nm_s_per_rad, coulomb
-        Of all that turns, once the brake has held and let go.
+        Values of all that turns, once the brake has held and let go.
     flexible_s2
         The brake's inertia over the shaft's stiffness.
     demagnetised

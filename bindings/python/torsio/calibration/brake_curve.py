@@ -27,7 +27,7 @@ class BrakePoint:
     Attributes
     ----------
     way
-        Of the command, "up" or "down".
+        Direction of the command, "up" or "down".
     follows
         False if the torque stayed where it was, within the loop.
     """
@@ -132,15 +132,15 @@ def curve_of(
     Parameters
     ----------
     time_s, measured_nm
-        What it takes to turn the knob through the brake; shape (n,).
+        Torque that turns the knob through the brake; shape (n,).
     fitted_nm
-        Of the brake alone, by the fit of the whole; shape (n,).
+        Torque of the brake alone, by the fit of the whole; shape (n,).
     stairs
         When each begins, and its command; the first is what was before.
     gain, half_width_nm
-        Of the fit, for what of a stair was still to come.
+        Values of the fit, for the rest of a stair that was still to come.
     friction
-        Of all that turns without current, what the loop leaves taken off, from the step before: a
+        Friction of all that turns without current, less the loop's rest, by the step before: a
         brake that is no straight line would have the fit of the whole take it for another.
     """
     begins_s, commands = stairs

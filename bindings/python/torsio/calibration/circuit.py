@@ -246,7 +246,7 @@ class CircuitSteps:
     say
         Told the name of each step.
     supply_v
-        What a meter says; None: nobody has measured it.
+        Voltage by a meter; None: nobody has measured it.
     """
 
     def __init__(

@@ -28,11 +28,11 @@ class Cogging:
     Attributes
     ----------
     periods_per_rev
-        Of each wave, as they were found, the largest first; shape (n,).
+        Periods of each wave, the largest wave first; shape (n,).
     cosine_nm, sine_nm
-        Of each wave; shape (n,).
+        Amplitudes of each wave; shape (n,).
     covariance
-        Of cosine and sine of the first wave, of the second and so on; shape (2n, 2n).
+        Covariance of cosine and sine, wave by wave; shape (2n, 2n).
     left_nm
         Amplitude of the largest wave that was not taken for one.
     """
@@ -116,7 +116,7 @@ def find_waves(
     Parameters
     ----------
     columns
-        Of the equations with these waves, cosine and sine of each at the end; shape (n, m).
+        Columns of the equations with these waves, cosine and sine of each at the end; shape (n, m).
 
     Returns
     -------

@@ -47,13 +47,13 @@ class Drive:
     Attributes
     ----------
     rise_a
-        Of the current from the middle of the pulse until it is read, under the whole supply.
+        Rise of the current from the middle of the pulse until it is read, under the whole supply.
     blur
         Standard deviation of the bridge's share, by noise.
     predicts
         Whether its loop is the predictive one.
     added_kg_m2
-        Of inertia that is not there: the simple loop stays behind a back EMF that grows.
+        Inertia that is not there: the simple loop stays behind a back EMF that grows.
     """
 
     torque_constant_nm_per_a: float
@@ -90,7 +90,7 @@ def drive_of(knob: Knob, board: BoardConfig | None = None) -> Drive | None:
     Parameters
     ----------
     board
-        What its motor is; None: as the knob is configured.
+        Values of its motor; None: as the knob is configured.
     """
     current = knob.motor_current()
     if not current.measured:

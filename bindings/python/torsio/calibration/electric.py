@@ -62,9 +62,9 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
     current_a
         Shape (n,), from the bottom of the converter's range.
     step_a
-        Of the converter, which cuts off what is less: half of it in the mean.
+        Step of the converter, which rounds down: by half a step in the mean.
     v_per_a
-        Of the sensor.
+        Gain of the sensor.
 
     Raises
     ------
@@ -113,13 +113,13 @@ class Intervals:
     Attributes
     ----------
     duration_s, voltage_v_s, charge_c, change_a, angle_rad
-        Of each interval; the voltage as the configured supply makes it, the charge and the change
+        For each interval; the voltage as the configured supply makes it, the charge and the change
         of the current as the sensor says it.
     share
         Mean of the bridge's.
     change_late
-        Of the bridge's way, less while it drives more, at the measurements at both ends: what is
-        read too late is too much by this.
+        Change of the bridge's way between the readings at both ends. Late readings are too large
+        by this.
     """
 
     duration_s: Array
@@ -224,7 +224,7 @@ def winding(
     Parameters
     ----------
     constant_nm_per_a
-        Of the motor, for the little that it turns.
+        Torque constant of the motor, for the little that it turns.
 
     Raises
     ------
@@ -255,9 +255,9 @@ class Motor:
     constant
         Uncertain by what the supply is, too.
     constant_sigma
-        Without that, as a share: how well torques are those of this constant.
+        The same without that, as a share: how well this constant gives the torques.
     gain
-        Of the sensor, over what it should have, if supply and resistance are what the configuration
+        Gain of the sensor over its right gain, if supply and resistance are what the configuration
         says: the three cannot be told apart.
     """
 
@@ -282,7 +282,7 @@ def motor(
     Parameters
     ----------
     supply_sigma
-        Of the supply that made the voltages, as a share.
+        Uncertainty of the supply that made the voltages, as a share.
 
     Raises
     ------

@@ -43,9 +43,9 @@ class Free:
     Attributes
     ----------
     inertia, coulomb, viscous
-        Of knob and brake side together; the dry friction once the brake has held and let go.
+        Values of knob and brake side together; the dry friction once the brake has held and let go.
     amplitude
-        Of the cogging's largest wave.
+        Amplitude of the cogging's largest wave.
     through_shaft
         Share of that wave which the brake's side takes off in the slow turns; 0 until it is known.
     """
@@ -70,7 +70,7 @@ def find_signs(player: Player, torque_nm: float, inertia_kg_m2: float) -> None:
     Parameters
     ----------
     torque_nm
-        Of the largest pulse.
+        Torque of the largest pulse.
     inertia_kg_m2
         That is configured for the knob.
 
@@ -158,7 +158,7 @@ def _refuse_to_turn(torque_nm: float, pulses: list[_Pulse], count_rad: float) ->
             "connected, or far too weak, "
             "the encoder stands still, or the knob is jammed", reached_rad=reached,
         )  # fmt: skip
-    # What is held or rubs is soon at rest when the pulse is over; what is heavy goes on.
+    # A knob that is held or rubs is soon at rest after the pulse; a heavy one goes on.
     if all(pulse.stays_rad > 2.0 * pulse.reached_rad for pulse in pulses):
         raise Refusal(
             _SIGNS, "inertia", f"a pulse of {1e3 * torque_nm:.0f} mN m hardly turns the knob: "
@@ -327,7 +327,7 @@ def through_shaft(free: Free, log: Run, flexible_s2: float, knob_inertia_kg_m2: 
     flexible_s2
         The brake's inertia over the shaft's stiffness.
     knob_inertia_kg_m2
-        Of the knob's side alone.
+        Inertia of the knob's side alone.
     """
     periods = free.cogging.periods_per_rev
     if not periods:

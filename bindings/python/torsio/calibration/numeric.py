@@ -133,9 +133,9 @@ def crossings(counts: Array, values: Array) -> tuple[Array, Array]:
     Parameters
     ----------
     counts
-        Of a sweep in one direction, in whole counts; noise may toggle it.
+        Counts of a sweep in one direction, in whole counts; noise may toggle it.
     values
-        What to read off at the borders; rises or falls evenly.
+        Values to read off at the borders; they rise or fall evenly.
 
     Returns
     -------

@@ -98,9 +98,9 @@ class Player:
     Attributes
     ----------
     drive
-        What makes the motor's torque; None if it is what the motor is told.
+        Source of the motor's torque; None if the motor gives what it is told.
     torque_share
-        What the motor's torque is over what the board takes it for, once that is known.
+        The motor's torque over the torque that the board believes, once that is known.
     """
 
     def __init__(self, knob: Knob) -> None:

@@ -59,7 +59,7 @@ class Calibration:
     brake_curve
         The brake's torque over its command, up and down; None after a quick look.
     seconds
-        Of the knob's time.
+        Duration, in the knob's time.
     conditions
         Serial number, board, firmware, rate, date, whether the motor's current is measured.
     board

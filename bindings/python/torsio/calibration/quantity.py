@@ -66,7 +66,7 @@ class Fit:
     title, x_label, y_label
         Words for the axes.
     x, measured, fitted
-        Of equal shape (n,).
+        All of equal shape (n,).
     """
 
     title: str
@@ -91,7 +91,7 @@ class Refusal(Error):
     reason
         A short name, such as "reversed"; docs/reference/calibration.md lists them.
     step
-        Which step it was.
+        Name of the step.
     facts
         Numbers that led to it.
     """

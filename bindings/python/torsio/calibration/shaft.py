@@ -43,7 +43,7 @@ class Shaft:
     curve
         Twist in rad and torque in N m of its corners, shape (n, 2), from zero.
     knob_coulomb, knob_inertia, damping
-        Of the knob's side alone; the last two are None after a quick look.
+        Values of the knob's side alone; the last two are None after a quick look.
     shape_nm
         Amplitude of a shape that the curve leaves, such as of cogging that nobody found; 0 if it
         leaves noise.
@@ -268,7 +268,7 @@ def estimate_shaft(
     cogging_nm
         Torque on the knob over the angle.
     inertia_kg_m2
-        Of all that turns: where the search begins.
+        Inertia of all that turns: the search begins there.
 
     Raises
     ------

@@ -16,7 +16,7 @@ import numpy as np
 
 from torsio.errors import InvalidArgument
 
-# Of a repr, of a value in a long one, and values that are worth writing.
+# Lengths of a repr and of a value in a long one, and how many values are worth writing.
 _LONGEST: Final = 200
 _LONGEST_VALUE: Final = 60
 _MOST_VALUES: Final = 64

@@ -33,7 +33,7 @@ def text_of(path: str | Path) -> str:
     InvalidArgument
         It is no text; says so with the file's name.
     OSError
-        Of `content`.
+        From `content`.
     """
     read = content(path)
     try:

@@ -51,7 +51,7 @@ class Setting:
     realtime_factor
         Seconds of the device in a second of the clock on the wall.
     counts_per_rev
-        Of the encoder.
+        Counts of the encoder in a turn.
     """
 
     device: str

@@ -42,7 +42,7 @@ class Emulator:
         Returns
         -------
         Record
-            Of `torsio.telemetry.TRUTH_DTYPE`.
+            Rows of `torsio.telemetry.TRUTH_DTYPE`.
 
         Raises
         ------

@@ -53,7 +53,7 @@ class _DeviceClock:
 
 
 class KnobRecording:
-    """The file that an open knob's methods write to; nothing without a recording.
+    """The file that an open knob's methods write to, if there is a recording.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class KnobRecording:
     def warn_if_never_armed(self) -> None:
         """Say so, once for each scene, when a reading has come to its end or was left early.
 
-        Who records no scene, or has armed it before, watches a knob without torque on purpose.
+        A program that plays no scene, or armed it before, wants a knob without torque.
         """
         if not self.awaits_arm or sys.exc_info()[0] not in (None, GeneratorExit):
             return
@@ -237,7 +237,7 @@ class KnobRecording:
                 self._take(self._file.write_inputs, _torsio.Knob.inputs, self._knob)
 
     def _keep_energies(self, now_s: float) -> None:
-        """Ask for them, unless that was a moment ago; who has no answer has none to write down."""
+        """Ask for them, unless that was a moment ago. Without an answer write nothing down."""
         if self._file is None or abs(now_s - self._asked_s) < _ENERGIES_EVERY_S:
             return
         self._asked_s = now_s

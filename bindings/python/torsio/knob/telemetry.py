@@ -81,7 +81,7 @@ class KnobTelemetry:
         Returns
         -------
         Record
-            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape ().
+            One row of `torsio.telemetry.TELEMETRY_DTYPE`, shape ().
         """
         return self._knob.latest().reshape(())
 
@@ -91,7 +91,7 @@ class KnobTelemetry:
         Returns
         -------
         Telemetry
-            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
+            Rows of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
         return self._recording.read(
             checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
@@ -121,7 +121,7 @@ class KnobTelemetry:
         Returns
         -------
         Telemetry
-            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
+            Rows of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
         """
         duration_s = checks.number("duration_s", duration_s)
         rate_hz = _rate(rate_hz)

@@ -59,7 +59,7 @@ class InitialState(checks.ByName):
     motor_torque_nm
         After the motor's lag; -1e15 to 1e15.
     brake_magnetic_nm
-        What the brake holds by its current, without its drag; >= 0.
+        Torque that the brake holds by its current, without its drag; >= 0.
     """
 
     _: KW_ONLY

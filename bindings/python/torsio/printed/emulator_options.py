@@ -42,9 +42,9 @@ class EmulatorOptions(checks.ByName):
     control_rate_hz
         Ticks in a second; 1000 to 2e4.
     plant
-        What it is made of.
+        Its parts.
     hand
-        Who holds it.
+        The hand on it.
     serial
         At most 16 ASCII characters; empty: derived from the device's name.
     actuator
@@ -135,9 +135,9 @@ class DeviceInput:
     tick
         Control ticks that had run before it, since the first power-up.
     kind
-        What it is.
+        Its kind.
     bytes
-        What it says: a report, or as its kind has it; of counts one control tick for each, in 32
+        Its content: a report, or as its kind has it; of counts one control tick for each, in 32
         bits, little endian.
     """
 

@@ -158,7 +158,7 @@ class Electrics(checks.ByName):
     sensor_v_per_a
         Of the current sensor; > 0.
     sensor_zero_v
-        What it shows without current; -10 to 10.
+        Its output without current; -10 to 10.
     sensor_noise_v
         Standard deviation; >= 0.
     sensor_range_v

@@ -352,7 +352,7 @@ class Curve(Effect):
     span_rad
         From the first point to the last; at least two of the encoder's counts; 0 to 804.247719.
     ends
-        What it does outside the span.
+        Its torque outside the span.
     """
 
     _: KW_ONLY

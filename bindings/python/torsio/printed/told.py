@@ -36,7 +36,7 @@ class ListedDevice:
     Attributes
     ----------
     path
-        What open() takes.
+        Path for open()
     serial
         Serial number.
     product
@@ -64,7 +64,7 @@ class DeviceInfo:
     Attributes
     ----------
     path
-        What open() takes.
+        Path for open()
     serial
         Serial number.
     product
@@ -159,7 +159,7 @@ class Health:
     saves
         How often the configuration was saved, ever.
     owner
-        Who has the actuator.
+        Owner of the actuator.
     reset_cause
         Why the device started.
     unexpected_swings
@@ -245,7 +245,7 @@ class MotorCurrent:
     current_a
         The newest measurement, without its zero.
     zero_a
-        What is measured without current.
+        Reading without current.
     step_a
         Of the converter.
     current_sum_a
@@ -311,7 +311,7 @@ class StableStiffness:
     stiffness_nm_per_rad
         The stiffest such spring.
     limited_by
-        What to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder.
+        The limit to improve: "rate" of the control, "lag" of the motor, "counts" of the encoder.
     """
 
     stiffness_nm_per_rad: float
@@ -327,7 +327,7 @@ class GameStatus:
     time_s
         Of this moment: the device's tick times the control period.
     owner
-        Who has the actuator.
+        Owner of the actuator.
     paused
         By the game.
     enabled
@@ -367,11 +367,11 @@ class GameEffect:
     block
         Its number, from 1; 0: an empty row of the report.
     kind
-        What it is.
+        Its kind.
     state
         Whether it plays.
     torque_nm
-        What it gives now, before the cap on all together.
+        Torque now, before the cap on all together.
     updates
         Reports about it since it was made.
     silent_s
@@ -440,11 +440,11 @@ class Event:
     Attributes
     ----------
     kind
-        What happened: "state_changed", "watchdog", "deadline_missed", ...
+        Kind of event: "state_changed", "watchdog", "deadline_missed", ...
     state
         After the event.
     owner
-        Who has the actuator after the event.
+        Owner of the actuator after the event.
     faults
         Names of the faults that are latched after it.
     tick

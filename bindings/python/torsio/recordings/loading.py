@@ -40,9 +40,9 @@ class Recorded:
     Attributes
     ----------
     telemetry
-        Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
+        Rows of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
     events
-        What the program asked of the knob and noted, in order; each has ``kind``,
+        Orders and notes of the program, in order; each has ``kind``,
         ``device_time_s``, which is the telemetry's ``time_s``, and ``host_time_ns``, when it was
         written by the host's clock.
     device_events
@@ -102,7 +102,7 @@ class Recorded:
         Parameters
         ----------
         separator, decimal
-            Of CSV; spreadsheets of many countries read ``";"`` and ``","``. A separator is one of
+            For CSV; spreadsheets of many countries read ``";"`` and ``","``. A separator is one of
             ``, ; |``, a tab or a blank.
 
         Raises

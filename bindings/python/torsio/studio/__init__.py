@@ -34,7 +34,7 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
     page
         The folder of a built page, if it is not where the package finds it.
     port
-        Of this machine; 0 takes a free one.
+        Port of this machine; 0 takes a free one.
 
     Returns
     -------

@@ -86,11 +86,11 @@ class BoardShare:
     Attributes
     ----------
     instructions
-        Of the device's code.
+        Instructions of the device's code.
     time_ns
-        Of the whole control interrupt.
+        Time of the whole control interrupt.
     share
-        Of the period; from 0.95 on the board raises the fault `overrun`.
+        Share of the period; from 0.95 on the board raises the fault `overrun`.
     """
 
     board: str
@@ -108,7 +108,7 @@ class Trade:
     wanted_jnds
         By how much the torque that is felt may differ at most.
     rows
-        What was tried; the reference first.
+        All that was tried; the reference first.
     proposal
         The cheapest row that stays within what was wanted on the visits that it was chosen by. If
         it did not on further ones, the next was taken, at most twice.
@@ -119,7 +119,7 @@ class Trade:
     on_device
         The same of the whole device, which is opened with `options`, on one of these visits.
     boards
-        What a tick costs on each board.
+        Cost of a tick on each board.
     scene_bytes
         On the wire, to play the scene.
     extremes
@@ -194,7 +194,7 @@ def trade(
         Effects; a Python file that sets `scene`, and perhaps any of the parameters below; or a
         recording, whose configuration and measured motion then count.
     hand
-        Who visits the scene. None: fingers that turn through it, press, and come back.
+        The hand that visits the scene. None: fingers that turn through it, press, and come back.
     plant
         The knob with all its parts. None: the reference actuator with every part.
     wanted

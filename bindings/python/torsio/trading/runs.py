@@ -283,7 +283,7 @@ class Runs:
         Returns
         -------
         tuple
-            The difference, without the knob's own friction, of which the device tells nothing; the
+            The difference, without the knob's own friction, which the device does not tell; the
             CPU time for a second, in s; and the bytes on the wire in a second.
         """
         options = variant.of(visit.of(self.options))

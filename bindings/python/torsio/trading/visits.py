@@ -184,7 +184,7 @@ class Difference:
     Attributes
     ----------
     largest_nm
-        Of the torque that the hand feels, as a mean over 10 ms: a JND is one of a steady torque.
+        Largest error of the felt torque, as a mean over 10 ms: a JND is for a steady torque.
     spike_nm, rms_nm
         The largest and the root mean square without that mean, sampled once a millisecond.
     angle_rad

@@ -156,7 +156,7 @@ def simulate(
     angle_rad
         Surface of the wall, or centre of the spring if `both_ways`.
     parts
-        What differs from the parts that all actuators share.
+        Parts that differ from the parts of all actuators.
     """
     if not isinstance(hand, NoHand | TorqueHand | ImpedanceHand):
         # A brake fixed to the knob could not answer a prescribed motion with one torque.

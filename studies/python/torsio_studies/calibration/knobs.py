@@ -210,7 +210,7 @@ def wall_error(plant: PlantParams, found: Calibration | None = None) -> float:
     Parameters
     ----------
     found
-        What the device takes its parts for; None: what they are.
+        Beliefs of the device; None: the true parts.
     """
     options = runs.push_options(WALL_NM_PER_RAD, "calibrated", rate_hz=RATE_HZ, plant=plant)
     if found is not None:

@@ -109,7 +109,7 @@ class Measures:
         From the cut of a string until the knob has left a wall; NaN if it is still inside at the
         end.
     stuck_torque_nm
-        What the wall then asks for; 0 outside.
+        Torque that the wall then asks for; 0 outside.
     stays
         1 if that is more than friction can hold, else 0.
     seconds

@@ -58,7 +58,7 @@ class Store:
     folder
         Made if it is not there.
     settings
-        What the numbers depend on, apart from the designs; results of others are refused.
+        Settings that the numbers depend on, beside the designs; other results are refused.
 
     Raises
     ------

@@ -65,7 +65,7 @@ class Enclosure:
         Angles and speeds of knob, pulley and brake, the torques, the brake's current, and what is
         held: a column.
     events
-        What has happened, by name, in order.
+        Events so far, by name, in order.
     """
 
     def __init__(self, plant: PlantParams, hand: HandTorque, *, digits: int) -> None:

@@ -32,7 +32,7 @@ class Case:
     Attributes
     ----------
     measure
-        What the numbers are, with their unit; small is good.
+        Name of the numbers, with their unit; small is good.
     bound
         Up to here is good.
     naive, guarded

@@ -41,7 +41,7 @@ class Motion:
     swing_rad
         From its furthest place to the other.
     work_w
-        What the motor gives to it.
+        Power that the motor gives to it.
     loud_nm
         Root of the mean square of the motor's torque above 20 Hz.
     before_rad

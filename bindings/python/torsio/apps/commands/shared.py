@@ -70,7 +70,7 @@ def plainly(command: Callable[P, T]) -> Callable[P, T]:
         except (torsio.Error, wall.WallNotReachedError, output.OutputError) as error:
             complain(str(error))
             raise typer.Exit(1) from None
-        except BrokenPipeError:  # whoever reads, such as `head`, has enough
+        except BrokenPipeError:  # the reader, such as `head`, has enough
             raise typer.Exit(1) from None
         except OSError as error:
             named = error.filename is not None and error.strerror is not None
