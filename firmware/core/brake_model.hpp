@@ -10,7 +10,7 @@ struct BrakeParams {
   float decay = 0;     // exp(-period / time constant)
   float floor_nm = 0;  // lets the sensed torque change when the brake is off, drag included
   float drag_nm = 0;   // counted on top, if the law wants it
-  // Of model_real_brake() only:
+  // Used by model_real_brake() only:
   float release_decay = 0;  // as `decay`, where the command is below what the coil gives
   float play_nm = 0;        // half the width of the hysteresis
 };

@@ -21,11 +21,11 @@ struct BoundParams {
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
 };
 
-/// Of the stable stiffness.
+/// Share of the stable stiffness.
 inline constexpr float kFirstStiffness = 3.0F;
 
-/// Of the stable stiffness: no swing lasts where the torque rises no more steeply along the swing,
-/// unless the device believes what is not true.
+/// Share of the stable stiffness: no swing lasts where the torque rises no more steeply along the
+/// swing, unless the device has wrong values.
 inline constexpr float kSoft = 1.0F / 3;
 
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins

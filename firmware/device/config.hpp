@@ -56,7 +56,7 @@ protocol::Verdict check_consistent(const protocol::ShaftConfig& config);
 protocol::Verdict check_consistent(const protocol::BoardConfig& config, std::uint8_t index_pin,
                                    WiringRule rule);
 
-/// Those of a report that has such a check.
+/// Rules of a report that has such a check.
 /// @param others that it must go with
 template <class Report>
 protocol::Verdict check_rules(const Report& report,

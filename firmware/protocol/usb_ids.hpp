@@ -16,7 +16,7 @@ inline constexpr std::uint16_t usb_product_id = 0x0001;
 inline constexpr std::string_view usb_manufacturer = "Torsio";
 inline constexpr std::string_view usb_product = "haptic knob";
 
-// Of the interface that the host library talks to.
+// Usage of the interface that the host library talks to.
 inline constexpr std::uint16_t usb_usage_page = 0xFF00;  // of the vendor's own
 inline constexpr std::uint8_t usb_usage = 0x01;
 

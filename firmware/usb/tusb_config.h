@@ -1,4 +1,4 @@
-/* TinyUSB's settings, the same for every port. What a port must say itself comes from its build:
+/* TinyUSB's settings, the same for every port. A port's own settings come from its build:
  * CFG_TUSB_MCU and CFG_TUSB_OS, and TUP_DCD_ENDPOINT_MAX where TinyUSB does not know the chip. */
 #pragma once
 

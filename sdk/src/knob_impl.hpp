@@ -1,5 +1,5 @@
 /// @file
-/// What a Knob consists of.
+/// The parts of a Knob.
 #pragma once
 
 #include <algorithm>
@@ -114,7 +114,7 @@ class Knob::Impl {
     } else {
       session.set(conversion::to_wire(config));
     }
-    // What units, signs of life and warnings of a scene depend on.
+    // Units, signs of life and warnings of a scene depend on these.
     if constexpr (std::is_same_v<Config, ActuatorConfig> || std::is_same_v<Config, ControlConfig>) {
       look_again();
     }

@@ -1,4 +1,4 @@
-// First power on a bench, as steps that the page follows: what it can see it ticks off by itself.
+// First power on a bench, as steps that the page follows. It ticks off what it can see.
 // docs/how-to/first-power.md has the same steps with what to measure at each.
 
 import type { Effect, Given } from "./conversion";

@@ -68,7 +68,7 @@ typedef struct torsio_open_options {
   uint32_t struct_size;      ///< bytes of a torsio_open_options
   double command_timeout_s;  ///< longest wait for an answer of the device; at first 1
   uint64_t ring_samples;     ///< telemetry kept until it is read; 1 to 2^24; at first 65,536
-  /// What an emulated knob is like; NULL: the reference. An error if the selector means hardware.
+  /// Options of an emulated knob; NULL: the reference. An error if the selector means hardware.
   const torsio_emulator_options* emulator;
 } torsio_open_options;
 TORSIO_API torsio_result torsio_open_options_init(torsio_open_options* structure);

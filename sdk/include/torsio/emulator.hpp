@@ -86,7 +86,7 @@ class TORSIO_EXPORT Emulator {
   // Faults of the device's world.
   virtual void set_emergency_stop(bool pressed) = 0;  ///< the button, which stays as it is
   virtual void set_actuator_fault(bool present) = 0;  ///< of the power stage, by its own word
-  /// What the current sensor shows from now on.
+  /// Sets what the current sensor shows from now on.
   /// @throws Error unless the plant has electrics
   virtual void set_current_sensor(CurrentSensorState state) = 0;
   /// The supply gives that many volts from now on.

@@ -80,8 +80,8 @@ struct FirmwareUpdate {
   FirmwareFile file{};                 ///< what was copied
   std::optional<DeviceInfo> before{};  ///< none if it could not be asked
   DeviceInfo after{};                  ///< what runs now
-  /// The configuration is the one of before, which what was not saved does not outlive; none if
-  /// that could not be asked.
+  /// Whether the knob has the configuration that it had before. Unsaved values are lost. None if
+  /// the knob could not be asked.
   std::optional<bool> kept{};
   std::string configuration{};  ///< before the update, for load_config(); may be empty
 };

@@ -37,7 +37,7 @@ class Run:
     Attributes
     ----------
     time_s, angle_rad, speed_rad_s, told_nm, motor_nm, brake_nm
-        Shape (n,). What the motor is told is delayed by half a tick and its lag; `motor_nm` is that
+        Shape (n,). The motor's command is delayed by half a tick and its lag; `motor_nm` is that
         less what its drive leaves missing, the torque of its moment. The brake's command is as it
         was given.
     counts
