@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import textwrap
@@ -70,6 +72,32 @@ def test_static_install_serves_find_package_and_pkg_config(
         told = re.fullmatch(r"2000 samples, (.*) rad inside the wall\n", _run(program))
         assert told
         assert 0.04 < float(told[1]) < 0.06
+
+
+@pytest.mark.slow
+def test_no_compiler_process_of_the_python_module_takes_more_than_600_mb(tmp_path: Path) -> None:
+    commands = json.loads((TREE / "build" / "release" / "compile_commands.json").read_text())
+    sources = [
+        entry
+        for entry in commands
+        if "/_torsio.dir/" in entry["command"] and "cmake_pch" not in entry["file"]
+    ]
+    used_mb = {}
+    for entry in sources:
+        words = shlex.split(entry["command"])
+        # Packagers' builds have no precompiled header. It takes some 30 MB less.
+        if "-include" in words:
+            at = words.index("-include")
+            del words[at : at + 2]
+        words[words.index("-o") + 1] = str(tmp_path / "object.o")
+        child = subprocess.Popen(
+            words, cwd=entry["directory"], env={**os.environ, "CCACHE_DISABLE": "1"}
+        )
+        _, status, used = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        assert child.returncode == 0
+        used_mb[Path(entry["file"]).name] = used.ru_maxrss / 1000
+    assert max(used_mb.values()) <= 600, used_mb
 
 
 @pytest.mark.slow
