@@ -441,24 +441,27 @@ void Device::gather_telemetry() {
 // Main loop ----------------------------------------------------------------------------------
 
 void Device::service() {
-  const Now now = loop_.now();
   if (personality_ == protocol::Personality::dial) {
-    serve_dial(now);
+    serve_dial();
   } else {
+    const Now now = loop_.now();
     const Wish wish = game_.service({now.tick, now.position_counts, now.zeroings, now.owner});
     if (wish != Wish::nothing_new) loop_.game.want(wish == Wish::take);
   }
-  // One order at a time, and only when its answer and an event have room: see ControlLoop::give().
+  if (!inbox_.empty()) [[unlikely]]
+    read_inbox();
+}
+
+/// One order at a time, and only when its answer and an event have room: see ControlLoop::give().
+/// Out of line, for nearly all rounds find nothing.
+[[gnu::noinline]] void Device::read_inbox() {
   if (!loop_.takes_order() || save_order_) return;
   if (commit_given_) {
     scene_.taken();
     commit_given_ = false;
   }
   if (loop_.mail.answers.free() < 4) return;
-  const Incoming* incoming = inbox_.front();
-  if (incoming == nullptr) return;
-
-  const Order order = read(*incoming);
+  const Order order = read(*inbox_.front());
   inbox_.pop();
   if (slot_write_) {
     save_order_ = order;  // acknowledged when it is true
@@ -467,7 +470,8 @@ void Device::service() {
   loop_.give(order);
 }
 
-void Device::serve_dial(const Now& now) {
+void Device::serve_dial() {
+  const Now now = loop_.now();
   const Wish wish = dial_.service({now.tick, now.position_counts, now.zeroings, now.owner});
   if (wish != Wish::nothing_new) loop_.want_dial(wish == Wish::take);
 }

@@ -332,7 +332,6 @@ bool PidEngine::holds_any() const {
 /// game that wants a spring says so once. In a pause, or at no gain, nothing pulls, and the report
 /// that ends it is a sign of life.
 void PidEngine::watch_silence() {
-  if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
   if (paused_ || gain_ == 0.0F) return;
   if (!plays_any()) return;
   for (std::size_t i = 0; i < kBlocks; ++i) {

@@ -138,7 +138,8 @@ inline Wish PidEngine::service(const Moment& now) {
   heard_ = false;
   if (asked_) asked_tick_ = now.tick;
   asked_ = false;
-  watch_silence();
+  const bool hears = scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks;
+  if (!hears) watch_silence();
   if (reader_) watch_reader();
   if (now.tick - asked_since_tick_ >= scale_.abandoned_ticks) {
     asked_since_tick_ = now.tick;
