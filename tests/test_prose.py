@@ -52,6 +52,8 @@ def test_sentences_are_those_of_the_text_alone() -> None:
 def test_page_that_is_too_long_is_named(measured: prose.Measure, words: str) -> None:
     (complaint,) = prose.complaints({"README.md": measured})
     assert words in complaint
+    (complaint,) = prose.complaints({"docs/how-to/a.md": prose.Measure(451, 10.0, 0.0)})
+    assert "451 words; at most 450" in complaint
     long = {f"docs/{number}.md": prose.Measure(10_000, 10.0, 0.0) for number in range(5)}
     assert prose.complaints(long) == ["all pages: 50000 words; at most 45000"]
 
