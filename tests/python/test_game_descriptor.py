@@ -53,11 +53,13 @@ def test_first_collection_is_a_joystick_application() -> None:
     assert len(applications) == 1
 
 
-def test_first_input_is_axis_and_two_buttons() -> None:
+def test_first_input_is_two_axes_and_two_buttons() -> None:
     inputs = [f for f in FIELDS if f.kind == "Input" and not f.constant]
-    axis, *others = inputs
-    assert axis.usages == (DESKTOP | 0x30,)
-    assert (axis.minimum, axis.maximum, axis.bits) == (-32767, 32767, 16)
+    x, *others = inputs
+    assert x.usages == (DESKTOP | 0x30,)
+    (y,) = [f for f in others if f.usages == (DESKTOP | 0x31,)]
+    for axis in (x, y):
+        assert (axis.minimum, axis.maximum, axis.bits) == (-32767, 32767, 16)
     buttons = [u for f in others for u in f.usages if u & 0xFFFF0000 == BUTTON]
     assert buttons == [BUTTON | 1, BUTTON | 2]
 
@@ -129,7 +131,7 @@ def test_every_report_has_one_kind_and_whole_bytes() -> None:
         assert sum(f.bits * f.count for f in of_report) % 8 == 0
     sizes = {report: size for (_, report), size in report_bytes(FIELDS).items()}
     assert sizes == {
-        **{0x01: 4, 0x02: 4, 0x11: 17, 0x12: 10, 0x13: 15, 0x14: 10, 0x15: 4, 0x16: 6},
+        **{0x01: 6, 0x02: 4, 0x11: 17, 0x12: 10, 0x13: 15, 0x14: 10, 0x15: 4, 0x16: 6},
         **{0x1A: 4, 0x1B: 2, 0x1C: 2, 0x1D: 3, 0x21: 4, 0x22: 5, 0x23: 5},
     }
 
@@ -147,5 +149,5 @@ def test_descriptor_bytes_change_only_on_purpose() -> None:
     assert descriptor.startswith(bytes.fromhex("05010904a10185010930160180"))
     assert (
         hashlib.sha256(descriptor).hexdigest()
-        == "b1df9b7d03aaae4b1800be31a39bba00d740525756fe6400af85829fc5f16cb3"
+        == "28109ecc3671dc87a01e5b2d48285cf1f0a6285e8c7f95dfc23ca77fe6c88bb5"
     )

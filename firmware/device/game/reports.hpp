@@ -63,6 +63,7 @@ enum class EffectType : std::uint8_t {
 struct Joystick {
   std::int16_t x = 0;
   std::uint8_t buttons = 0;
+  std::int16_t y = 0;  // constant: programs take a device of one axis for no joystick
 
   friend bool operator==(const Joystick&, const Joystick&) = default;
 };
@@ -73,6 +74,7 @@ struct PidLayout<Joystick> : Heading<0x01, Main::input> {
       Value{&Joystick::x, game::usage::desktop, 0x30, -kFull, kFull},
       Bits<Joystick, kButtons>{&Joystick::buttons,
                                {{{game::usage::button, 1}, {game::usage::button, 2}}}},
+      Value{&Joystick::y, game::usage::desktop, 0x31, -kFull, kFull},
   };
 };
 

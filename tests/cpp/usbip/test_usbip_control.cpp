@@ -86,9 +86,9 @@ TEST_CASE("input reports can be asked for as they are, and none is lost by that"
     return rig.client.control_in(setup_packet(0xA1, 1, value, interface, 64), 64).data;
   };
   rig.knob.device().set_buttons(3);
-  CHECK(ask(1, 1) == Bytes{1, 0, 0, 3});
+  CHECK(ask(1, 1) == Bytes{1, 0, 0, 3, 0, 0});
   CHECK(ask(2, 1) == Bytes{2, 0x06, 0, 1});  // actuators enabled, and the user lets games have them
-  CHECK(ask(1, 1) == Bytes{1, 0, 0, 3});
+  CHECK(ask(1, 1) == Bytes{1, 0, 0, 3, 0, 0});
   rig.client.submit_out(1, command(9, kDisarm));
   (void)rig.client.wait();
   rig.client.frame();

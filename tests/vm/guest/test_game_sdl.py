@@ -29,7 +29,7 @@ def test_haptic_query_is_complete_and_every_effect_runs(bus: VirtualBus, tmp_pat
     run("udevadm", "settle")
     game = Sdl()
     assert "Torsio" in game.name
-    assert game.parts == (1, 2)
+    assert game.parts == (2, 2)
     assert game.is_haptic
     # Every kind of SDL 2 except custom waves, and gain; no centring.
     kinds = {1 << bit for bit in range(11)}

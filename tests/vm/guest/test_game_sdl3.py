@@ -46,7 +46,7 @@ def test_sdl_3_finds_all_forces_and_gives_them_their_directions(
     game = Sdl3()
     assert game.version >= (3, 4)
     assert "Torsio" in game.name
-    assert game.parts == (1, 2, 2)  # it takes two for granted where forces are
+    assert game.parts == (2, 2, 2)
     # Every kind except custom waves, and gain; no centring, no status, no pause.
     assert game.can == (1 << 12) - 1 | sdl3.GAIN
     assert game.effects == 40

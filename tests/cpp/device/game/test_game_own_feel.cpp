@@ -19,7 +19,7 @@ constexpr double kFeelSpeedRadS = kCountRad * 1e4;  // a count in each tick
 
 int axis(GameRig& rig) {
   std::array<std::uint8_t, 64> report{};
-  REQUIRE(rig.device->game().get_input(1, report) == 4);
+  REQUIRE(rig.device->game().get_input(1, report) == 6);
   return static_cast<std::int16_t>(report[1] | (report[2] << 8));
 }
 

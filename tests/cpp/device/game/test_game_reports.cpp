@@ -23,7 +23,7 @@ struct Inputs {
     std::array<std::uint8_t, 64> r{};
     for (std::size_t size = 0; most-- > 0 && (size = device.game().next_input(r)) != 0;) {
       if (r[0] == 1) {
-        CHECK(size == 4);
+        CHECK(size == 6);
         x.push_back(static_cast<std::int16_t>(r[1] | (r[2] << 8)));
       } else {
         CHECK(r[0] == 2);
@@ -106,10 +106,11 @@ TEST_CASE("a request gets axis, buttons and what plays, and takes nothing away")
   rig.start(block + 1);
   rig.tick(3);
   std::array<std::uint8_t, 64> r{};
-  REQUIRE(rig.device->game().get_input(1, r) == 4);
+  REQUIRE(rig.device->game().get_input(1, r) == 6);
   CHECK(static_cast<std::int16_t>(r[1] | (r[2] << 8)) ==
         std::lround(100.0 / 8192 * 360 / 450 * 32767));
   CHECK(r[3] == 1);
+  CHECK((r[4] | r[5]) == 0);  // the second axis
   REQUIRE(rig.device->game().get_input(2, r) == 4);
   CHECK(std::vector(r.begin(), r.begin() + 4) ==
         std::vector<std::uint8_t>{2, 14, 1, static_cast<std::uint8_t>(block + 1)});
