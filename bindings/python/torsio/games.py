@@ -13,8 +13,8 @@ __all__ = ["GameMonitor", "GameReading"]
 _COUNTS = 1 << 32  # the device's counters wrap
 
 
-@dataclass(frozen=True)
-class GameReading:
+@dataclass(frozen=True, repr=False)
+class GameReading(checks.ShortRepr):
     """Effects of games at one moment.
 
     Attributes
@@ -40,7 +40,6 @@ class GameReading:
     effect_updates_per_s: tuple[float, ...]
     clipped_share: float
     asked_most_percent: int
-    __repr__ = checks.short_repr
 
 
 class GameMonitor:

@@ -116,8 +116,8 @@ def boundary(
     return curve[:, 1], curve[:, 2]
 
 
-@dataclass(frozen=True)
-class StabilityMap:
+@dataclass(frozen=True, repr=False)
+class StabilityMap(checks.ShortRepr):
     """Swings of a knob that was thrown into springs with dampers.
 
     Attributes
@@ -137,7 +137,6 @@ class StabilityMap:
     swing_rad: Array
     vibration_nm: Array
     at_rest_rad: float
-    __repr__ = checks.short_repr
 
     @property
     def is_stable(self) -> npt.NDArray[np.bool_]:

@@ -39,13 +39,12 @@ class BrakePoint:
     sigma_nm: float
 
 
-@dataclass(frozen=True)
-class BrakeCurve:
+@dataclass(frozen=True, repr=False)
+class BrakeCurve(checks.ShortRepr):
     """All points, those on the way up and then those on the way down, and half the loop's width."""
 
     points: tuple[BrakePoint, ...]
     half_width_nm: float
-    __repr__ = checks.short_repr
 
     def widened(self, other: BrakeCurve) -> BrakeCurve:
         """Add to each uncertainty by how much the point is another in another case."""

@@ -21,8 +21,8 @@ _POINTS = 360
 """Points of the table: more than two for each of the shortest waves."""
 
 
-@dataclass(frozen=True)
-class Cogging:
+@dataclass(frozen=True, repr=False)
+class Cogging(checks.ShortRepr):
     """Torque on the knob over the angle from the device's zero, as a sum of waves.
 
     Attributes
@@ -42,7 +42,6 @@ class Cogging:
     sine_nm: Array
     covariance: Array
     left_nm: float
-    __repr__ = checks.short_repr
 
     @property
     def amplitudes_nm(self) -> Array:

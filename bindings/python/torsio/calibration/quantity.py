@@ -57,8 +57,8 @@ class Quantity:
         return replace(self, standard_uncertainty=math.hypot(self.standard_uncertainty, sigma))
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, repr=False)
+class Fit(checks.ShortRepr):
     """Data and model of one step, for its picture.
 
     Attributes
@@ -75,7 +75,6 @@ class Fit:
     x: Array
     measured: Array
     fitted: Array
-    __repr__ = checks.short_repr
 
     @property
     def residual_rms(self) -> float:

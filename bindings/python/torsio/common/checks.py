@@ -22,19 +22,25 @@ _LONGEST_VALUE: Final = 60
 _MOST_VALUES: Final = 64
 
 
-def short_repr(of: Any) -> str:
-    """Write the call that makes a data class.
+class ShortRepr:
+    """Base of the data classes that may hold much; give them ``repr=False``."""
 
-    One that is long is without the fields at their defaults, and says of long values how many they
-    are.
-    """
-    values = {each: getattr(of, each.name) for each in fields(of) if each.repr}
-    if not any(map(_is_huge, values.values())):
-        whole = _call(of, {each.name: repr(value) for each, value in values.items()})
-        if len(whole) <= _LONGEST:
-            return whole
-    others = {each.name: value for each, value in values.items() if not _is_default(each, value)}
-    return _call(of, {name: _brief(value) for name, value in others.items()})
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        """Write the call that makes it.
+
+        One that is long is without the fields at their defaults, and says of long values how many
+        they are.
+        """
+        shown = [each for each in fields(self) if each.repr]  # type: ignore[arg-type]
+        values = {each: getattr(self, each.name) for each in shown}
+        if not any(map(_is_huge, values.values())):
+            whole = _call(self, {each.name: repr(value) for each, value in values.items()})
+            if len(whole) <= _LONGEST:
+                return whole
+        others = {of.name: value for of, value in values.items() if not _is_default(of, value)}
+        return _call(self, {name: _brief(value) for name, value in others.items()})
 
 
 def _call(of: Any, written: dict[str, str]) -> str:
@@ -61,11 +67,10 @@ def _brief(value: Any) -> str:
     return f"{type(value).__qualname__}(...)" if is_dataclass(value) else written
 
 
-class ByName:
+class ByName(ShortRepr):
     """Base of the data classes whose values are given by name."""
 
     __slots__ = ()
-    __repr__ = short_repr
 
     if not TYPE_CHECKING:  # for whom the data class's own signature is more exact
 

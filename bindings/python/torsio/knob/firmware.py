@@ -50,15 +50,14 @@ class FirmwareFile:
     """In flash, in bytes."""
 
 
-@dataclass(frozen=True)
-class ExaminedKnob:
+@dataclass(frozen=True, repr=False)
+class ExaminedKnob(checks.ShortRepr):
     """A knob's answers before and after an update."""
 
     info: DeviceInfo
     owner: Literal["none", "sdk", "game", "dial"]
     configuration: str
     """As `torsio.dump_config` gives it."""
-    __repr__ = checks.short_repr
 
 
 class FirmwareHost(Protocol):
@@ -77,8 +76,8 @@ class FirmwareHost(Protocol):
         """Have a knob wait for firmware."""
 
 
-@dataclass(frozen=True)
-class FirmwarePlan:
+@dataclass(frozen=True, repr=False)
+class FirmwarePlan(checks.ShortRepr):
     """Plan of an update: made by `prepare_update`, done by `carry_out`."""
 
     file: FirmwareFile
@@ -89,7 +88,6 @@ class FirmwarePlan:
     configuration: str
     """As `torsio.dump_config` gives it; empty if it could not be read."""
     _plan: _torsio.FirmwarePlan = field(repr=False, compare=False)
-    __repr__ = checks.short_repr
 
     @property
     def loses_configuration(self) -> bool:
@@ -101,8 +99,8 @@ class FirmwarePlan:
         return self._plan.text
 
 
-@dataclass(frozen=True)
-class FirmwareUpdate:
+@dataclass(frozen=True, repr=False)
+class FirmwareUpdate(checks.ShortRepr):
     """Result of an update."""
 
     file: FirmwareFile
@@ -112,7 +110,6 @@ class FirmwareUpdate:
     """The saved configuration from before; None if it could not be asked."""
     configuration: str
     """The configuration before, for `torsio.load_config`; empty if it could not be read."""
-    __repr__ = checks.short_repr
 
 
 def start_bootloader(selector: str = "") -> None:

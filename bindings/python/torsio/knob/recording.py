@@ -65,7 +65,8 @@ class KnobRecording:
         self._knob = knob
         self._time_waits = time_waits
         self._logs_inputs = logs_inputs
-        self.awaits_arm = False
+        self.awaits_arm: bool = False
+        self._disarm_before: dict[str, Any] | None = None
         self._file: RecordingFile | None = None
         self._tap: _torsio.ReportTap | None = None
         self._asked_s = -math.inf

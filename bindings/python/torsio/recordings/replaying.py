@@ -46,8 +46,8 @@ _OUTPUTS: Final = (
 )
 
 
-@dataclass(frozen=True)
-class Replayed:
+@dataclass(frozen=True, repr=False)
+class Replayed(checks.ShortRepr):
     """A device's behaviour on a recording's inputs, beside the recorded one.
 
     Attributes
@@ -69,7 +69,6 @@ class Replayed:
     from_inputs: bool
     answers: int
     first_difference: str
-    __repr__ = checks.short_repr
 
     @property
     def identical(self) -> bool:

@@ -44,8 +44,8 @@ _CONFIGURATION_REPORTS: Final = 3
 _REPORT_BYTES: Final = 64
 
 
-@dataclass(frozen=True)
-class Row:
+@dataclass(frozen=True, repr=False)
+class Row(checks.ShortRepr):
     """Changes of a variant, and their cost.
 
     Attributes
@@ -66,7 +66,6 @@ class Row:
     cpu_s: float
     wire_bytes_per_s: float | None = None
     is_on_front: bool = False
-    __repr__ = checks.short_repr
 
     @property
     def ns_per_tick(self) -> float:
@@ -99,8 +98,8 @@ class BoardShare:
     share: float
 
 
-@dataclass(frozen=True)
-class Trade:
+@dataclass(frozen=True, repr=False)
+class Trade(checks.ShortRepr):
     """Needs of a scene.
 
     Attributes
@@ -135,7 +134,6 @@ class Trade:
     boards: tuple[BoardShare, ...]
     scene_bytes: int
     extremes: tuple[Extreme, ...]
-    __repr__ = checks.short_repr
 
     @property
     def short_by_jnds(self) -> float:
