@@ -117,6 +117,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
         # A Python for Windows comes through Maven; udev's functions are named in its header.
         # Programs that players have. A virtual machine tries them.
         "players": (
+            ("libois-dev", _header("ois/OIS.h")),
             ("libsdl2-tests", _file("/usr/libexec/installed-tests/SDL2/testhaptic")),
             ("python3-evdev", _file("/usr/lib/python3/dist-packages/evdev/__init__.py")),
         ),
