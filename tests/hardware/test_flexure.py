@@ -11,8 +11,7 @@ import pytest
 import torsio
 from torsio_hardware import design
 from torsio_hardware.beams import bend
-from torsio_hardware.cli import REFERENCE
-from torsio_hardware.flexure import Flexure, closed_form
+from torsio_hardware.flexure import REFERENCE, SHAPES, Flexure, closed_form
 
 EXAMPLE, MODULUS_PA = Flexure(), 3e9
 
@@ -96,9 +95,8 @@ def test_reference_spring_is_straight_strong_and_fits_the_knob() -> None:
 
 def test_meander_is_the_same_both_ways_and_a_spiral_is_not() -> None:
     petg = design.material("petg").modulus_pa.value
-    spiral = replace(REFERENCE, swing_rad=0.0, waves=0, wrap_rad=1.0)
     ratio = []
-    for shape in (REFERENCE, spiral):
+    for shape in (REFERENCE, replace(SHAPES["spiral"], wrap_rad=1.0)):
         one, other = (
             bend(shape, petg, [sign * twist for twist in (1e-3, 0.02, 0.04)]) for sign in (1, -1)
         )
@@ -109,8 +107,7 @@ def test_meander_is_the_same_both_ways_and_a_spiral_is_not() -> None:
 
 def test_spokes_have_knees_that_the_device_takes() -> None:
     petg = design.material("petg")
-    spokes = replace(REFERENCE, swing_rad=0.0, waves=0)
-    spring = design.examine(design.for_stiffness(spokes, petg, 2.873), petg)
+    spring = design.examine(design.for_stiffness(SHAPES["spoke"], petg, 2.873), petg)
     assert spring.deviation > 0.1
     knees = spring.shaft_config()
     with torsio.open("emulated") as knob:
@@ -118,20 +115,14 @@ def test_spokes_have_knees_that_the_device_takes() -> None:
         assert knob.shaft_config().knee_4_rad == pytest.approx(knees["knee_4_rad"])
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
+def test_what_is_no_flexure_is_refused() -> None:
+    for change, words in (
         ({"rim_radius_m": 5e-3}, "hub_radius_m"),
         ({"thickness_m": 0.0}, "thickness_m"),
         ({"arms": 5, "swing_rad": 0.3, "waves": 1}, "even number"),
-    ],
-)
-def test_what_is_no_flexure_is_refused(change: dict[str, float], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        replace(EXAMPLE, **change)  # type: ignore[arg-type]
-
-
-def test_unknown_material_and_curved_arms_are_refused() -> None:
+    ):
+        with pytest.raises(ValueError, match=words):
+            replace(EXAMPLE, **change)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="known are petg, pla"):
         design.material("steel")
     with pytest.raises(ValueError, match="straight spokes"):

@@ -44,15 +44,10 @@ def test_every_choice_has_what_the_configuration_assumes(knob: Knob) -> None:
     ("place", "rating", "value"),
     [
         ("motor", "kt_nm_per_a", 0.03),
-        ("brake", "coil_v", 24.0),
-        ("motor_bridge", "pwm_hz", 20_000.0),
         ("current_sensor", "sensitivity_v_per_a", 0.6),
         ("encoder", "lines", 1000.0),
-        ("supply", "supply_v", 24.0),
         ("emergency_stop", "contact", "closes"),
         ("resistors", "resistance_ohm", 10_000.0),
-        ("divider", "ratio", 16.0),
-        ("filament", "material", "pla"),
     ],
 )
 def test_part_that_lacks_a_rating_is_named(

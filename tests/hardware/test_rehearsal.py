@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import _torsio, protocol
-from torsio.common import whole_file
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.knob import DEFAULT, Knob, Value, load
 from torsio_hardware.rehearsing import app, served
@@ -26,9 +25,8 @@ def knob() -> Knob:
     return load()
 
 
-def rehearse(knob: Knob, name: str, seed: int | None = None) -> rehearsal.Seen | None:
-    fault = faults.named(name) if name else None
-    with rehearsal.emulated(knob, fault, seed) as bench:
+def rehearse(knob: Knob, name: str, seed: int | None = None) -> rehearsal.Seen:
+    with rehearsal.emulated(knob, faults.named(name), seed) as bench:
         return rehearsal.run(bench, lambda seen: None)
 
 
@@ -43,7 +41,6 @@ def test_twenty_faults_have_names_of_their_own_and_a_finding_that_may_be_each(kn
 @pytest.mark.parametrize("name", EARLY)
 def test_fault_of_wiring_is_named_before_anything_is_calibrated(knob: Knob, name: str) -> None:
     seen = rehearse(knob, name)
-    assert seen is not None
     assert seen.finding == faults.named(name).finding
     assert name in seen.causes
 
@@ -63,7 +60,7 @@ def test_knob_with_another_encoder_is_expected_to_count_its_lines(knob: Knob) ->
     other = replace(knob, values={**knob.values, "counts_per_rev": Value(4000.0)})
     bands = {step: band for step, _, band, _ in other.expected()}
     assert bands["encoder"] == pytest.approx((3992.0, 4008.0))
-    assert rehearse(other, "motor_swapped") is not None  # past the encoder's step
+    assert rehearse(other, "motor_swapped").step == "motor"  # past the encoder's
 
 
 def test_plants_that_are_drawn_lie_within_what_the_file_says(knob: Knob) -> None:
@@ -83,7 +80,7 @@ def test_figures_are_those_of_the_closed_forms(knob: Knob) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("motor_pin = 6", "motor_pin = 2", "GP3 has two jobs|GP2 has two jobs"),
+        ("motor_pin = 6", "motor_pin = 2", "motor_pin is 2: this pin has another job"),
         ("supply_v = {", "supply_w = {", "supply_v is missing"),
         ('material = "petg"', 'material = "wood"', "no material"),
         ("uncertainty = 0.3 ", "sigma = 0.3 ", "needs value and uncertainty"),
@@ -102,26 +99,14 @@ def test_file_with_a_mistake_is_refused_in_words(
         load(tmp_path / "knob.toml")
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "utf-32"])
-def test_file_is_read_as_editors_on_windows_write_it(tmp_path: Path, encoding: str) -> None:
+def test_bad_file_is_told_with_its_name(tmp_path: Path) -> None:
     file = tmp_path / "knob.toml"
-    file.write_text(DEFAULT.read_text(encoding="utf-8"), encoding=encoding)
-    assert load(file).values == load(DEFAULT).values
-
-
-def test_bad_file_is_told_with_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(whole_file, "_MOST_BYTES", 1 << 20)
-    file, valid = tmp_path / "knob.toml", DEFAULT.read_bytes()
     deep, long = b"a = " + b"[" * 200_000, b"a = " + b"1" * 200_000
-    for content in (valid + b"\xe4", bytes(5000), deep, long, b"", b"spring = 1", b"motor = 1"):
+    for content in (DEFAULT.read_bytes() + b"\xe4", bytes(5000), deep, long, b"", b"spring = 1"):
         file.write_bytes(content)
         with pytest.raises(ValueError, match=r"knob\.toml") as told:
             load(file)
         assert len(str(told.value)) < 500
-    file.unlink()
-    file.symlink_to("/dev/zero")
-    with pytest.raises(OSError, match=r"more than 1 MiB.*knob\.toml"):
-        load(file)
 
 
 def test_command_names_a_fault_and_tells_which_was_built_in() -> None:

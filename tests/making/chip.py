@@ -62,12 +62,10 @@ class ChipWorld:
 
 
 @contextmanager
-def binary(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator[Bench]:
+def binary(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]:
     """Give the file that a maker copies to the board, configured, saved, and started anew."""
     pico.choose(knob.board)
-    plant = knob.plant(seed)
-    plant = plant if fault is None else fault.change(plant)
-    swapped = fault is not None and fault.reversed_encoder
+    plant = fault.change(knob.plant(seed))
     with enumerated() as board:
         with torsio.open(BinaryTransport(board)) as device:
             for config in knob.configs().values():
@@ -75,9 +73,8 @@ def binary(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator
             device.save()
         board.power_cycle()
         board.enumerate()
-        world = ChipWorld(board, World(plant), swapped_encoder=swapped)
+        world = ChipWorld(board, World(plant), swapped_encoder=fault.reversed_encoder)
         assert plant.electrics is not None
         world.set_supply(plant.electrics.supply_v)
         with torsio.open(BinaryTransport(board)) as device:
-            meter = dict(fault.meter) if fault else {}
-            yield Bench(knob, device, world, fault, meter=meter)
+            yield Bench(knob, device, world, fault)

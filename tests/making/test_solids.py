@@ -60,10 +60,12 @@ def test_screws_are_long_enough_and_can_be_reached(placed: list[solids.Placed]) 
     assert common_mm3(key, by_name["knob"]) < 0.01
 
 
-def test_part_in_the_wrong_place_is_found(placed: list[solids.Placed]) -> None:
+def test_part_in_the_wrong_place_and_one_printed_upside_down_are_found(
+    placed: list[solids.Placed],
+) -> None:
     by_name = {part.name: part.solid for part in placed}
-    moved = Pos(0, 0, -4.0) * by_name["knob"]
-    assert common_mm3(moved, by_name["sleeve"]) > 10
+    assert common_mm3(Pos(0, 0, -4.0) * by_name["knob"], by_name["sleeve"]) > 10
+    assert solids.overhang_mm2(Pos(0, 0, 20) * by_name["knob"]) > 1000
 
 
 def test_every_printed_part_is_one_piece_that_lies_flat(placed: list[solids.Placed]) -> None:
@@ -75,11 +77,6 @@ def test_every_printed_part_is_one_piece_that_lies_flat(placed: list[solids.Plac
             assert solids.overhang_mm2(on_bed) < BRIDGED_MM2, part.name
             bed = [face for face in on_bed.faces() if abs(face.center().Z) < 1e-3]
             assert sum(face.area for face in bed) > 30, part.name
-
-
-def test_part_printed_upside_down_is_found(placed: list[solids.Placed]) -> None:
-    knob = next(part for part in placed if part.name == "knob")
-    assert solids.overhang_mm2(Pos(0, 0, 20) * knob.solid) > 1000
 
 
 def test_belt_has_its_length_and_grooves_for_its_teeth(placed: list[solids.Placed]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from torsio_hardware.flexure import Flexure
+from torsio_hardware.flexure import Flexure, rotation
 
 _STEPS = 40
 _SETTLED = 1e-6  # of the largest force
@@ -16,19 +16,11 @@ _SETTLED = 1e-6  # of the largest force
 
 @dataclass(frozen=True)
 class Bent:
-    """A flexure at some twists.
-
-    Attributes
-    ----------
-    twist_rad, torque_nm
-        Of the whole flexure, both ways alike for spokes and meanders.
-    strain
-        Largest of all arms at each twist: stretch and bending together.
-    """
+    """A flexure at some twists."""
 
     twist_rad: Any
-    torque_nm: Any
-    strain: Any
+    torque_nm: Any  # of the whole flexure, both ways alike for spokes and meanders
+    strain: Any  # largest of all arms at each twist: stretch and bending together
 
     @property
     def stiffness_nm_per_rad(self) -> Any:
@@ -87,8 +79,7 @@ def _bend_arm(
     inner, outer = slice(3, 3 * len(line) - 3), slice(3 * len(line) - 3, None)
     torques, strains = [], []
     for twist in twists:
-        cosine, sine = np.cos(twist), np.sin(twist)
-        goal = np.append(np.array([[cosine, -sine], [sine, cosine]]) @ line[-1] - line[-1], twist)
+        goal = np.append(rotation(twist) @ line[-1] - line[-1], twist)
         for attempt in range(_STEPS):
             forces, changes, parts = _gather(line, moved, stretch, bending)
             missing = -forces[inner]
@@ -111,21 +102,17 @@ def bend(
 ) -> Bent:
     """Twist a flexure; the twists must grow from near 0 so that each helps to find the next.
 
-    A mirrored arm is the arm itself turned the other way.
-
-    Raises
-    ------
-    ArithmeticError
-        If an arm finds no rest.
+    A mirrored arm is the arm itself turned the other way. Raises `ArithmeticError` if an arm finds
+    no rest.
     """
     line = flexure.centre_line(pieces + 1)
     twists = np.asarray(twists_rad, dtype=float)
-    found = [
-        _bend_arm(line, flexure.thickness_m, flexure.width_m, modulus_pa, list(sign * twists))
-        for sign in ((1, -1) if flexure.family == "meander" else (1,))
-    ]
-    torque = sum(
-        sign * np.array(torques) for sign, (torques, _) in zip((1, -1), found, strict=False)
-    )
-    strain = np.max([strains for _, strains in found], axis=0)
-    return Bent(twists, flexure.arms / len(found) * torque, strain)
+    torques, strains = [], []
+    for mirrored in flexure.sides:
+        sign = -1 if mirrored else 1
+        torque, strain = _bend_arm(
+            line, flexure.thickness_m, flexure.width_m, modulus_pa, list(sign * twists)
+        )
+        torques.append(sign * np.array(torque))
+        strains.append(strain)
+    return Bent(twists, flexure.arms * np.mean(torques, axis=0), np.max(strains, axis=0))

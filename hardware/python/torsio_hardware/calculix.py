@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 
 from torsio_hardware.beams import Bent
-from torsio_hardware.flexure import Flexure
-from torsio_hardware.plane import POISSON, grid
+from torsio_hardware.flexure import Flexure, rotation
+from torsio_hardware.plane import POISSON
 
-_COMMAND = "ccx"
 _MM = 1e3  # the deck is in mm, N and MPa
 # Of a quadratic brick: corners, then the middles of its edges, as steps of (along, across, up).
 _BRICK = (
@@ -36,13 +35,12 @@ class Failed(RuntimeError):
 
 def _bricks(shape: tuple[int, int, int]) -> list[list[int]]:
     """Give the 20 grid points of each brick, as flat indices into the grid."""
-    found = []
-    for i in range(0, shape[0] - 2, 2):
-        for j in range(0, shape[1] - 2, 2):
-            for k in range(0, shape[2] - 2, 2):
-                at = [(i + a, j + b, k + c) for a, b, c in _BRICK]
-                found.append([int(np.ravel_multi_index(point, shape)) for point in at])
-    return found
+    corners = np.stack(np.meshgrid(*(np.arange(0, n - 2, 2) for n in shape), indexing="ij"), -1)
+    points = corners.reshape(-1, 1, 3) + np.array(_BRICK)
+    bricks: list[list[int]] = np.ravel_multi_index(
+        tuple(np.moveaxis(points, -1, 0)), shape
+    ).tolist()
+    return bricks
 
 
 def _deck(
@@ -76,8 +74,7 @@ def _deck(
     places = []
     for twist in twists:
         lines += ["*STEP, NLGEOM, INC=200", "*STATIC", "0.5, 1.0, 1e-4, 1.0", "*BOUNDARY"]
-        cosine, sine = np.cos(twist), np.sin(twist)
-        turned = {n: (x[n] * cosine - y[n] * sine, x[n] * sine + y[n] * cosine) for n in rim}
+        turned = {n: rotation(twist) @ (x[n], y[n]) for n in rim}
         for n, (far, high) in turned.items():
             lines += [f"{n + 1}, 1, 1, {far - x[n]:.12e}", f"{n + 1}, 2, 2, {high - y[n]:.12e}"]
         lines += ["*NODE PRINT, NSET=RIM, FREQUENCY=200", "RF", "*END STEP"]
@@ -99,12 +96,10 @@ def _forces(text: str) -> list[dict[int, tuple[float, float]]]:
 def run(deck: str) -> str:
     """Solve a deck; give what it printed into its table file.
 
-    Raises
-    ------
-    Failed
-        If the command is missing, or its output has an error: its exit status is 0 then too.
+    Raises `Failed` if the command is missing, or its output has an error: its exit status is 0
+    then too.
     """
-    program = shutil.which(_COMMAND)
+    program = shutil.which("ccx")
     if program is None:
         raise Failed("the command ccx is missing: install the Debian package calculix-ccx")
     with tempfile.TemporaryDirectory() as folder:
@@ -128,25 +123,18 @@ def twist(
     across: int = 2,
     thin: bool = True,
 ) -> Bent:
-    """Twist a flexure; see the module for `thin`.
-
-    Raises
-    ------
-    Failed
-        As `run`.
-    """
+    """Twist a flexure; see the module for `thin`. Raises `Failed` as `run`."""
     width_mm = _MM * (0.1 * flexure.thickness_m if thin else flexure.width_m)
     up = 1 if thin else 4
     total = np.zeros(len(twists_rad))
-    sides = (False, True) if flexure.family == "meander" else (False,)
-    for side in sides:
-        flat = grid(flexure, 2 * along, 2 * across, mirrored=side)
+    for side in flexure.sides:
+        flat = flexure.grid(2 * along, 2 * across, mirrored=side)
         deck, places = _deck(flat, width_mm, modulus_pa, twists_rad, up, thin)
         tables = _forces(run(deck))
         if len(tables) != len(twists_rad):
             raise Failed(f"CalculiX told of {len(tables)} steps in place of {len(twists_rad)}")
         for step, (table, place) in enumerate(zip(tables, places, strict=True)):
             torque = sum(place[n][0] * fy - place[n][1] * fx for n, (fx, fy) in table.items())
-            total[step] += flexure.arms / len(sides) * torque / _MM
+            total[step] += flexure.arms / len(flexure.sides) * torque / _MM
     total *= _MM * flexure.width_m / width_mm
     return Bent(np.asarray(twists_rad, dtype=float), total, np.full(len(total), np.nan))

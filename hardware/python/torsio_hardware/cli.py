@@ -12,14 +12,16 @@ import typer
 from torsio.common import screen
 from torsio_hardware import beams, design, drawing, parts
 from torsio_hardware import knob as knob_file
-from torsio_hardware.flexure import Flexure, closed_form
+from torsio_hardware.flexure import SHAPES, Flexure, closed_form
 
 app = typer.Typer(
     help="Make the files of one Torsio knob. All is computed; nothing has been printed yet.",
     no_args_is_help=True,
 )
 
-REFERENCE = Flexure(6, 7e-3, 25e-3, thickness_m=0.9e-3, width_m=6e-3, swing_rad=0.34, waves=1)
+File = Annotated[
+    Path, typer.Argument(help="A knob's file; the reference knob if unset.", show_default=False)
+]
 Out = Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where the files go.")]
 
 
@@ -33,14 +35,14 @@ def fail(error: Exception) -> typer.Exit:
     words = str(error)
     if isinstance(error, OSError) and error.filename is not None:
         words = f"{error.filename}: {error.strerror}"
-    screen.err.print(f"torsio-hardware: error: {words}", soft_wrap=True, markup=False)
+    screen.line(screen.err, f"torsio-hardware: error: {words}")
     return typer.Exit(1)
 
 
 def tell(*lines: str) -> None:
     """Print lines as they are."""
     for line in lines:
-        screen.out.print(line, soft_wrap=True, markup=False, highlight=False)
+        screen.line(screen.out, line)
 
 
 @app.command("spring")
@@ -65,25 +67,22 @@ def spring_command(
     elements: Annotated[
         bool, typer.Option("--elements", help="Compare with finite elements of two programs.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print figures as JSON.")] = False,
     out: Out = Path("out/hardware"),
-    solid: Annotated[bool, typer.Option(help="Write STEP and STL too.")] = True,
 ) -> None:
     """Design the spring: stiffness curve, strain, tolerance, creep, and its drawing."""
     try:
         of = design.material(material)
         room = design.Room(1e-3 * hub, 1e-3 * rim, 1e-3 * line, 1e-3 * off)
         spring = _chosen(stiffness, of, family, room, search=search)
-        found = {**spring.as_dict(), "strain_at_torque": spring.strain_at(torque)}
+        found = spring.as_dict(torque)
         if elements:
             found["elements"] = compare(spring.flexure, of.modulus_pa.value)
-        files = write(spring, out, solid=solid)
+        files = write(spring, out)
     except (ValueError, ArithmeticError, RuntimeError, OSError, ModuleNotFoundError) as error:
         raise fail(error) from None
-    (out / "spring.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
-    if as_json:
-        print(json.dumps(found, indent=2))
-        return
+    (out / "spring.json").write_text(
+        json.dumps(found, indent=2, default=list) + "\n", encoding="utf-8"
+    )
     rows = found.get("elements", {}).items()
     tell(
         *drawing.words(spring),
@@ -95,9 +94,7 @@ def spring_command(
 
 @app.command("all")
 def all_command(
-    file: Annotated[
-        Path, typer.Argument(help="A knob's file; the reference knob if unset.", show_default=False)
-    ] = knob_file.DEFAULT,
+    file: File = knob_file.DEFAULT,
     out: Out = Path("out/hardware"),
 ) -> None:
     """Make all files of a knob: solids, drawings, pictures, wiring, parts, expected figures."""
@@ -123,23 +120,19 @@ def all_command(
 def _chosen(
     stiffness: float, of: design.Material, family: str, room: design.Room, *, search: bool
 ) -> design.Spring:
-    if family not in ("spoke", "spiral", "meander"):
-        raise ValueError(f"no family {family!r}; known are spoke, spiral, meander")
+    if family not in SHAPES:
+        raise ValueError(f"no family {family!r}; known are {', '.join(SHAPES)}")
     if search:
         found = design.search(room, of, stiffness, family)
         if not found:
             raise ValueError(f"no {family} of this stiffness fits into the room of the knob")
         return found[0]
     shape = replace(
-        REFERENCE,
+        SHAPES[family],
         hub_radius_m=room.hub_radius_m,
         rim_radius_m=room.rim_radius_m,
         thickness_m=2 * room.line_m,
     )
-    if family == "spoke":
-        shape = replace(shape, swing_rad=0.0, waves=0)
-    elif family == "spiral":
-        shape = replace(shape, swing_rad=0.0, waves=0, wrap_rad=2.0)
     return design.examine(design.for_stiffness(shape, of, stiffness), of, room.within_m)
 
 
@@ -162,18 +155,16 @@ def compare(shape: Flexure, modulus_pa: float) -> dict[str, Any]:
     return found
 
 
-def write(spring: design.Spring, out: Path, *, solid: bool) -> list[str]:
+def write(spring: design.Spring, out: Path) -> list[str]:
     """Write drawing, STEP and STL; give their names."""
+    from build123d import export_step, export_stl
+
+    from torsio_hardware import solids
+
     out.mkdir(parents=True, exist_ok=True)
-    (out / "spring.svg").write_text(drawing.svg(spring), encoding="utf-8")
-    files = [out / "spring.svg"]
-    if solid:
-        from build123d import export_step, export_stl
-
-        from torsio_hardware import solids
-
-        body = solids.spring(spring.flexure)
-        files += [out / "spring.step", out / "spring.stl"]
-        export_step(body, str(files[1]))
-        export_stl(body, str(files[2]), tolerance=0.01)
-    return [str(file) for file in files]
+    files = [str(out / f"spring.{kind}") for kind in ("svg", "step", "stl")]
+    Path(files[0]).write_text(drawing.svg(spring), encoding="utf-8")
+    body = solids.spring(spring.flexure)
+    export_step(body, files[1])
+    export_stl(body, files[2], tolerance=0.01)
+    return files

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ LINEAR_WITHIN = 0.01
 TWISTS_RAD = (0.0005, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04)
 # By CalculiX in three dimensions over plane stress, for arms of 18 mm and a width of 5 to 7 mm.
 # Short spokes as wide as 8 mm on 12 mm have 1.12.
-_PLATES = {"spoke": 1.07, "spiral": 1.085, "meander": 1.09}
+PLATES = {"spoke": 1.07, "spiral": 1.085, "meander": 1.09}
 _PLATE_UNCERTAINTY = 0.03
 
 
@@ -62,13 +62,7 @@ class Material:
 
 
 def material(name: str) -> Material:
-    """Look a material up.
-
-    Raises
-    ------
-    ValueError
-        If there is none of that name.
-    """
+    """Look a material up. Raises `ValueError` if there is none of that name."""
     text = (Path(__file__).parent / "materials.toml").read_text(encoding="utf-8")
     known = tomllib.loads(text)
     if name not in known:
@@ -80,40 +74,28 @@ def material(name: str) -> Material:
     )
 
 
-def plate_factor(flexure: Flexure) -> float:
-    """Return how much stiffer wide arms are than plane stress says."""
-    return _PLATES[flexure.family]
+def twist(flexure: Flexure, of: Material, twists_rad: Sequence[float]) -> Bent:
+    """Twist a flexure of a material as the plate that it is, stiffer than plane stress says.
+
+    Raises `ArithmeticError` if it cannot be twisted so far.
+    """
+    bent = bend(flexure, of.modulus_pa.value, twists_rad)
+    return replace(bent, torque_nm=PLATES[flexure.family] * bent.torque_nm)
 
 
 @dataclass(frozen=True)
 class Spring:
-    """A flexure of a material, and what to expect of it.
-
-    Attributes
-    ----------
-    stiffness_nm_per_rad
-        At small twists, plates' stiffness included.
-    relative_uncertainty
-        Of it, standard: modulus, walls and the model.
-    deviation
-        Of the secant from that line, the most up to `LINEAR_TO_RAD`.
-    strain
-        The largest at `LINEAR_TO_RAD`.
-    within_m
-        How far the printer may leave walls off.
-    thinner, thicker
-        Stiffness over the nominal one, with such walls.
-    """
+    """A flexure of a material, and what to expect of it."""
 
     flexure: Flexure
     material: Material
     bent: Bent
-    stiffness_nm_per_rad: float
-    relative_uncertainty: float
-    deviation: float
-    strain: float
-    within_m: float
-    thinner: float
+    stiffness_nm_per_rad: float  # at small twists, plates' stiffness included
+    relative_uncertainty: float  # of it, standard: modulus, walls and the model
+    deviation: float  # of the secant from that line, the most up to `LINEAR_TO_RAD`
+    strain: float  # the largest at `LINEAR_TO_RAD`
+    within_m: float  # how far the printer may leave walls off
+    thinner: float  # stiffness over the nominal one, with such walls
     thicker: float
 
     @property
@@ -122,21 +104,15 @@ class Spring:
         return self.material.strain_limit / self.strain
 
     def strain_at(self, torque_nm: float) -> float:
-        """Return the largest strain under a torque.
-
-        Raises
-        ------
-        ArithmeticError
-            If it cannot be twisted so far.
-        """
-        bent, factor = self.bent, plate_factor(self.flexure)
-        if torque_nm > factor * bent.torque_nm[-1]:
+        """Return the largest strain under a torque; `ArithmeticError` if it is too much."""
+        bent = self.bent
+        if torque_nm > bent.torque_nm[-1]:
             far = 2 * torque_nm / self.stiffness_nm_per_rad
             twists = (*TWISTS_RAD, *np.linspace(LINEAR_TO_RAD, far, 12)[1:])
-            bent = bend(self.flexure, self.material.modulus_pa.value, twists)
-        if torque_nm > factor * bent.torque_nm[-1]:
+            bent = twist(self.flexure, self.material, twists)
+        if torque_nm > bent.torque_nm[-1]:
             raise ArithmeticError(f"{torque_nm:g} N m is more than the spring bears")
-        return float(np.interp(torque_nm, factor * bent.torque_nm, bent.strain))
+        return float(np.interp(torque_nm, bent.torque_nm, bent.strain))
 
     def shaft_config(self) -> dict[str, float]:
         """Return the fields of ShaftConfig: knees where the slope has changed by 1 % and more."""
@@ -149,30 +125,18 @@ class Spring:
             if abs(slope / last - 1) >= LINEAR_WITHIN and len(found) < 8:
                 number = len(found) // 2 + 1
                 found[f"knee_{number}_rad"] = float(begin)
-                found[f"knee_{number}_nm_per_rad"] = float(slope) * plate_factor(self.flexure)
+                found[f"knee_{number}_nm_per_rad"] = float(slope)
                 last = slope
         return found
 
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON: figures with their units in their names."""
-        shape = {key: getattr(self.flexure, key) for key in self.flexure.__dataclass_fields__}
-        factor = plate_factor(self.flexure)
+    def as_dict(self, torque_nm: float) -> dict[str, Any]:
+        """For JSON: its fields, and figures that follow from them and from the largest torque."""
         return {
+            **asdict(self),
             "family": self.flexure.family,
-            "flexure": shape,
-            "material": self.material.name,
-            "spring_stiffness_nm_per_rad": self.stiffness_nm_per_rad,
-            "relative_standard_uncertainty": self.relative_uncertainty,
             "shaft_config": self.shaft_config(),
-            "curve_rad_nm": [
-                (float(twist), float(factor * torque))
-                for twist, torque in zip(self.bent.twist_rad, self.bent.torque_nm, strict=True)
-            ],
-            "deviation_to_0.04_rad": self.deviation,
-            "strain_at_0.04_rad": self.strain,
+            "strain_at_torque": self.strain_at(torque_nm),
             "safety": self.safety,
-            "stiffness_ratio_thinner_walls": self.thinner,
-            "stiffness_ratio_thicker_walls": self.thicker,
             "twist_after_held_wall": {
                 f"{hours:g} h": vars(self.material.creep(hours)) for hours in (0.1, 1, 8)
             },
@@ -182,22 +146,12 @@ class Spring:
 def examine(flexure: Flexure, of: Material, printed_within_m: float = 0.05e-3) -> Spring:
     """Compute all that is known of a spring, whose walls are off by so much at two deviations.
 
-    Raises
-    ------
-    ArithmeticError
-        If it cannot be twisted by 0.04 rad.
+    Raises `ArithmeticError` if it cannot be twisted by 0.04 rad.
     """
-    modulus = of.modulus_pa.value
-    bent = bend(flexure, modulus, TWISTS_RAD)
+    bent = twist(flexure, of, TWISTS_RAD)
     secant = bent.stiffness_nm_per_rad
-    first = float(secant[0])
     thinner, thicker = (
-        float(
-            bend(
-                replace(flexure, thickness_m=flexure.thickness_m + off), modulus, TWISTS_RAD[:1]
-            ).stiffness_nm_per_rad[0]
-        )
-        / first
+        _first_stiffness(replace(flexure, thickness_m=flexure.thickness_m + off), of) / secant[0]
         for off in (-printed_within_m, printed_within_m)
     )
     walls = (thicker - thinner) / 4
@@ -205,21 +159,23 @@ def examine(flexure: Flexure, of: Material, printed_within_m: float = 0.05e-3) -
         flexure,
         of,
         bent,
-        first * plate_factor(flexure),
+        float(secant[0]),
         math.hypot(of.modulus_pa.relative_uncertainty, walls, _PLATE_UNCERTAINTY),
-        float(np.max(np.abs(secant / first - 1))),
+        float(np.max(np.abs(secant / secant[0] - 1))),
         float(bent.strain[-1]),
         printed_within_m,
-        thinner,
-        thicker,
+        float(thinner),
+        float(thicker),
     )
+
+
+def _first_stiffness(flexure: Flexure, of: Material) -> float:
+    return float(twist(flexure, of, TWISTS_RAD[:1]).stiffness_nm_per_rad[0])
 
 
 def for_stiffness(flexure: Flexure, of: Material, stiffness_nm_per_rad: float) -> Flexure:
     """Make a flexure as wide as the stiffness takes, to a hundredth of a millimetre."""
-    bent = bend(flexure, of.modulus_pa.value, TWISTS_RAD[:1])
-    now = float(bent.stiffness_nm_per_rad[0]) * plate_factor(flexure)
-    width = flexure.width_m * stiffness_nm_per_rad / now
+    width = flexure.width_m * stiffness_nm_per_rad / _first_stiffness(flexure, of)
     return replace(flexure, width_m=round(width * 1e5) / 1e5)
 
 
@@ -267,8 +223,8 @@ def search(room: Room, of: Material, stiffness_nm_per_rad: float, family: str) -
                 continue
             spring = examine(shape, of, room.within_m)
             if family == "spiral":  # the other way is not the same
-                back = bend(shape, of.modulus_pa.value, [-twist for twist in TWISTS_RAD])
-                off = np.abs(back.stiffness_nm_per_rad / back.stiffness_nm_per_rad[0] - 1).max()
+                back = twist(shape, of, [-each for each in TWISTS_RAD]).stiffness_nm_per_rad
+                off = np.abs(back / back[0] - 1).max()
                 spring = replace(spring, deviation=max(spring.deviation, float(off)))
         except ArithmeticError:
             continue

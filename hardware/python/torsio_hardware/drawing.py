@@ -8,7 +8,6 @@ import numpy as np
 
 from torsio_hardware.design import Spring
 from torsio_hardware.layout import BORE_MM, RIM_MM, SCREWS_MM
-from torsio_hardware.plane import grid
 
 _SCALE = 4e3  # drawing units a metre
 _MIDDLE = (150.0, 150.0)
@@ -57,8 +56,7 @@ def words(spring: Spring) -> list[str]:
 def _letters(spring: Spring) -> str:
     """Point at what is measured."""
     shape = spring.flexure
-    middle = shape.centre_line(3)[1]
-    places = {"A": middle + 1.5e-3}
+    places = {"A": shape.centre_line(3)[1] + 1.5e-3}
     hub, inside = shape.hub_radius_m + 5e-4, shape.rim_radius_m - 3e-3
     radii = (hub, inside, 1e-3 * RIM_MM + 5e-4, 1e-3 * BORE_MM)
     for letter, radius, turn in zip("BCDE", radii, (1.6, 1.5, 0.8, 4.7), strict=True):
@@ -74,12 +72,7 @@ def svg(spring: Spring) -> str:
     """Draw the spring from above, with its critical dimensions and what to expect of it."""
     shape = spring.flexure
     parts = [_circle(1e-3 * RIM_MM, kind="part"), _circle(shape.rim_radius_m, kind="hole")]
-    for arm in range(shape.arms):
-        nodes = grid(shape, 80, 1, mirrored=shape.is_mirrored(arm))
-        edge = np.concatenate([nodes[:, 0], nodes[::-1, 1]])
-        angle = 2 * np.pi * arm / shape.arms
-        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        parts.append(_outline(edge @ turn))
+    parts += map(_outline, shape.outlines(80))
     parts += [_circle(shape.hub_radius_m, kind="part"), _circle(1e-3 * (BORE_MM + 2), kind="hole")]
     parts += [_circle(1e-3 * radius, 1e-3 * x, 1e-3 * y, "hole") for radius, x, y in SCREWS_MM]
     lines = "".join(

@@ -16,36 +16,16 @@ from torsio.printed.plant import Belt, PlantParams
 
 @dataclass(frozen=True)
 class Fault:
-    """Something wrong with a knob.
-
-    Attributes
-    ----------
-    name
-        To choose it by.
-    words
-        The maker's mistake.
-    finding
-        The finding that names it: of a step of first power, of `doctor`, or of `calibrate`.
-    also
-        Other findings that it may show itself by.
-    change
-        Changes the plant.
-    happen
-        Changes the world round the open knob.
-    meter
-        Volts that a meter shows in place of what is right, by the point.
-    reversed_encoder
-        A and B are swapped.
-    """
+    """Something wrong with a knob."""
 
     name: str
-    words: str
-    finding: str
+    words: str  # the maker's mistake
+    finding: str  # that names it: of a step of first power, of `doctor`, or of `calibrate`
     change: Callable[[PlantParams], PlantParams] = lambda plant: plant
-    happen: Callable[[Any], object] = lambda world: None
-    meter: dict[str, float] = field(default_factory=dict)
-    reversed_encoder: bool = False
-    also: tuple[str, ...] = ()
+    happen: Callable[[Any], object] = lambda world: None  # to the world round the open knob
+    meter: dict[str, float] = field(default_factory=dict)  # wrong volts by the point
+    reversed_encoder: bool = False  # A and B are swapped
+    also: tuple[str, ...] = ()  # other findings that it may show itself by
 
 
 def _electrics(**values: Any) -> Callable[[PlantParams], PlantParams]:
@@ -70,10 +50,6 @@ def _soften(plant: PlantParams) -> PlantParams:
     return replace(plant, shaft_stiffness_nm_per_rad=0.75 * plant.shaft_stiffness_nm_per_rad)
 
 
-def _sensor(state: str) -> Callable[[Any], object]:
-    return lambda world: world.set_current_sensor(state)
-
-
 FAULTS = (
     Fault("motor_swapped", "the motor's two wires are swapped", "motor:backwards",
           _electrics(motor_reversed=True)),
@@ -96,9 +72,10 @@ FAULTS = (
     Fault("pull_down_missing", "the pull-down of the enable line is missing", "supply:pull_down",
           meter={"enable, board held in reset": 1.6}),
     Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",
-          happen=_sensor("dead")),
+          happen=lambda world: world.set_current_sensor("dead")),
     Fault("sensor_stuck", "the motor's current does not pass through the sensor",
-          "motor:winding", happen=_sensor("stuck"), also=("calibrate:winding",)),
+          "motor:winding", happen=lambda world: world.set_current_sensor("stuck"),
+          also=("calibrate:winding",)),
     Fault("motor_contact", "a bad crimp in the motor's line, of 2 ohm", "calibrate:winding_values",
           _electrics(winding_resistance_ohm=1.8), also=("calibrate:winding",)),
     Fault("brake_off", "the brake's coil is not connected", "calibrate:does_not_hold",
@@ -119,15 +96,14 @@ FAULTS = (
 )  # fmt: skip
 
 
-def named(name: str) -> Fault:
-    """Look a fault up.
+NONE = Fault("", "no fault", "")
 
-    Raises
-    ------
-    ValueError
-        If there is none of that name.
-    """
-    for fault in FAULTS:
-        if fault.name == name:
-            return fault
-    raise ValueError(f"no fault {name!r}; known are {', '.join(fault.name for fault in FAULTS)}")
+
+def named(name: str) -> Fault:
+    """Look a fault up; `NONE` of no name. Raises `ValueError` if there is none of that name."""
+    known = {fault.name: fault for fault in FAULTS}
+    if not name:
+        return NONE
+    if name not in known:
+        raise ValueError(f"no fault {name!r}; known are {', '.join(known)}")
+    return known[name]

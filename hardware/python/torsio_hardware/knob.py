@@ -26,15 +26,26 @@ RATES_HZ = {"pico2": 20_000.0, "pico": 10_000.0}
 _TRACKED = ("tracking_in", "tracking_out", "torque_gap_nm")
 _TABLES = ("supply", "motor", "brake", "knob")
 _SHAPE = ("arms", "hub_radius_m", "rim_radius_m", "thickness_m", "wrap_rad", "swing_rad", "waves")
+_PLANT = (
+    *("knob_inertia_kg_m2", "knob_viscous_nm_s_per_rad", "knob_coulomb_nm"),
+    *("brake_inertia_kg_m2", "brake_drag_nm"),
+)
+_ELECTRICS = {
+    "winding_resistance_ohm": "motor_resistance_ohm",
+    "winding_inductance_h": "motor_inductance_h",
+    "torque_constant_nm_per_a": "motor_torque_constant_nm_per_a",
+    "coil_resistance_ohm": "brake_resistance_ohm",
+    "coil_inductance_h": "brake_inductance_h",
+    "coil_torque_constant_nm_per_a": "brake_torque_constant_nm_per_a",
+    "supply_v": "supply_v",
+    "supply_divider_ratio": "supply_sense_ratio",
+    "sensor_v_per_a": "current_sense_v_per_a",
+}
 _KINDS: dict[str, Any] = {
     "actuator": torsio.ActuatorConfig,
     "board": torsio.BoardConfig,
     "shaft": torsio.ShaftConfig,
 }
-
-
-def _names(of: Any) -> set[str]:
-    return {field.name for field in fields(of)}
 
 
 @dataclass(frozen=True)
@@ -51,22 +62,14 @@ class Value:
 
 @dataclass(frozen=True)
 class Knob:
-    """A knob as its file says.
-
-    Attributes
-    ----------
-    values
-        By the names of `torsio config`, the spring's stiffness among them.
-    pins
-        Likewise.
-    """
+    """A knob as its file says."""
 
     name: str
     board: str
     parts: dict[str, str]
     spring: design.Spring
-    pins: dict[str, int]
-    values: dict[str, Value]
+    pins: dict[str, int]  # by the names of `torsio config`
+    values: dict[str, Value]  # likewise, the spring's stiffness among them
 
     def number(self, name: str) -> float:
         """Return a value without its uncertainty."""
@@ -81,7 +84,9 @@ class Knob:
         }
         given |= {**self.pins, **self.spring.shaft_config()}
         return {
-            f"{kind}_config": {name: given[name] for name in _names(of) & given.keys()}
+            f"{kind}_config": {
+                field.name: given[field.name] for field in fields(of) if field.name in given
+            }
             for kind, of in _KINDS.items()
         }
 
@@ -104,28 +109,14 @@ class Knob:
             off = max(-2.0, min(2.0, draw.gauss(0.0, 1.0)))
             return max(value.value + off * value.uncertainty, 0.05 * value.value)
 
-        electrics = torsio.Electrics(
-            winding_resistance_ohm=take("motor_resistance_ohm"),
-            winding_inductance_h=take("motor_inductance_h"),
-            torque_constant_nm_per_a=take("motor_torque_constant_nm_per_a"),
-            coil_resistance_ohm=take("brake_resistance_ohm"),
-            coil_inductance_h=take("brake_inductance_h"),
-            coil_torque_constant_nm_per_a=take("brake_torque_constant_nm_per_a"),
-            supply_v=take("supply_v"),
-            supply_divider_ratio=take("supply_sense_ratio"),
-            sensor_v_per_a=take("current_sense_v_per_a"),
-            predictive=self.board == "pico2",
-        )
+        electrics: dict[str, Any] = {name: take(of) for name, of in _ELECTRICS.items()}
+        plant: dict[str, Any] = {name: take(name) for name in _PLANT}
         return torsio.PlantParams(
-            knob_inertia_kg_m2=take("knob_inertia_kg_m2"),
-            knob_viscous_nm_s_per_rad=take("knob_viscous_nm_s_per_rad"),
-            knob_coulomb_nm=take("knob_coulomb_nm"),
-            brake_inertia_kg_m2=take("brake_inertia_kg_m2"),
-            brake_drag_nm=take("brake_drag_nm"),
+            **plant,
             shaft_stiffness_nm_per_rad=take("spring_stiffness_nm_per_rad"),
             brake_time_constant_s=take("brake_time_constant_s"),
             counts_per_rev=round(self.number("counts_per_rev")),
-            electrics=electrics,
+            electrics=torsio.Electrics(**electrics, predictive=self.board == "pico2"),
         )
 
     def figures(self) -> dict[str, float]:
@@ -197,12 +188,12 @@ class Knob:
             ("confirm", "in the motor's line, knob held", amperes(30e-3), "A"),
             ("calibrate", "coulomb_nm", drag.band(), "N m"),
             *(
-                ("calibrate", found, values[name].band(), unit)
-                for found, name, unit in (
-                    ("stiffness_nm_per_rad", "spring_stiffness_nm_per_rad", "N m/rad"),
-                    ("motor_resistance_ohm", "motor_resistance_ohm", "ohm"),
-                    ("brake_drag_nm", "brake_drag_nm", "N m"),
-                    ("knob_inertia_kg_m2", "knob_inertia_kg_m2", "kg m2"),
+                ("calibrate", name.removeprefix("spring_"), values[name].band(), unit)
+                for name, unit in (
+                    ("spring_stiffness_nm_per_rad", "N m/rad"),
+                    ("motor_resistance_ohm", "ohm"),
+                    ("brake_drag_nm", "N m"),
+                    ("knob_inertia_kg_m2", "kg m2"),
                 )
             ),
         ]
@@ -222,28 +213,10 @@ def _value(table: str, name: str, given: Any) -> Value:
     return Value(float(value), float(uncertainty))
 
 
-def _check_pins(knob: Knob) -> None:
-    """Refuse a pin with two jobs, as the board would; each pair has the next pin too."""
-    board = knob.configs()["board"]
-    taken: dict[int, str] = {}
-    for name in (field.name for field in fields(board) if field.name.endswith("_pin")):
-        first = getattr(board, name)
-        pair = name in ("encoder_pin", "motor_pin", "brake_pin")
-        for pin in (first, first + 1) if pair else (first,):
-            if pin in taken and not (name == "supply_sense_pin" and pin == 0):
-                raise ValueError(f"[pins] GP{pin} has two jobs: {taken[pin]} and {name}")
-            taken[pin] = name
-
-
 def load(path: Path = DEFAULT) -> Knob:
     """Read a knob's file.
 
-    Raises
-    ------
-    ValueError
-        Says what in it is wrong or missing.
-    OSError
-        If it cannot be read.
+    Raises `ValueError` that says what in it is wrong or missing, `OSError` if it cannot be read.
     """
     text = text_of(path)
     try:
@@ -272,7 +245,9 @@ def load(path: Path = DEFAULT) -> Knob:
             dict(given["pins"]), values,
         )  # fmt: skip
         knob.plant()  # which needs them all
-        _check_pins(knob)
+        with torsio.open("emulated") as device:  # which refuses a pin with two jobs
+            for config in knob.configs().values():
+                device.configure(config)
     except KeyError as error:
         raise ValueError(f"{path}: {error.args[0]} is missing") from None
     except (TypeError, ValueError, AttributeError, ArithmeticError, torsio.Error) as error:

@@ -15,17 +15,7 @@ FILE = Path(__file__).parent / "parts.csv"
 
 @dataclass(frozen=True)
 class Part:
-    """A row of `parts.csv`: one way to fill a place.
-
-    Attributes
-    ----------
-    ratings
-        By name, with units; text where the rating is a word.
-    price_eur
-        Lowest and highest for one.
-    source
-        Where ratings and price were looked up; what is `assumed` there was not: check it.
-    """
+    """A row of `parts.csv`: one way to fill a place."""
 
     place: str
     role: str
@@ -33,11 +23,11 @@ class Part:
     maker: str
     number: str
     is_first: bool
-    ratings: dict[str, Any]
+    ratings: dict[str, Any]  # by name, with units; text where the rating is a word
     matters: str
-    price_eur: tuple[float, float]
+    price_eur: tuple[float, float]  # lowest and highest for one
     date: str
-    source: str
+    source: str  # of ratings and price; what is `assumed` there was not looked up: check it
 
 
 def _rating(text: str) -> Any:
@@ -47,26 +37,19 @@ def _rating(text: str) -> Any:
         return text
 
 
-def _part(row: dict[str, str]) -> Part:
-    pairs = (word.partition("=") for word in row["ratings"].split())
-    return Part(
-        row["part"], row["role"], int(row["quantity"]), row["maker"], row["number"],
-        row["choice"] == "first", {name: _rating(value) for name, _, value in pairs},
-        row["matters"], (float(row["price_low_eur"]), float(row["price_high_eur"])),
-        row["date"], row["source"],
-    )  # fmt: skip
-
-
-def load(path: Path = FILE) -> list[Part]:
-    """Read the bill of materials.
-
-    Raises
-    ------
-    ValueError
-        If a row has a number that is none.
-    """
-    with path.open(encoding="utf-8", newline="") as file:
-        return [_part(row) for row in csv.DictReader(file)]
+def load() -> list[Part]:
+    """Read the bill of materials."""
+    with FILE.open(encoding="utf-8", newline="") as file:
+        _, *rows = csv.reader(file)
+    return [
+        Part(
+            place, role, int(quantity), maker, number, choice == "first",
+            {name: _rating(value) for name, value in (pair.split("=") for pair in ratings.split())},
+            matters, (float(low), float(high)), date, source,
+        )
+        for place, role, quantity, maker, number, choice, ratings, matters, low, high, date, source
+        in rows
+    ]  # fmt: skip
 
 
 def total_eur(parts: list[Part]) -> tuple[float, float]:
@@ -125,13 +108,7 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
 
 
 def named(parts: list[Part], knob: Knob) -> dict[str, Part]:
-    """Look up the parts that a knob's file names, by their roles.
-
-    Raises
-    ------
-    ValueError
-        If there is none of that number.
-    """
+    """Look up the parts that a knob's file names, by roles; `ValueError` of an unknown number."""
     found = {}
     for role, number in knob.parts.items():
         known = {part.number: part for part in parts if part.role == role}

@@ -12,23 +12,11 @@ from typing import Any
 import numpy as np
 
 from torsio_hardware.beams import Bent
-from torsio_hardware.flexure import Flexure
+from torsio_hardware.flexure import Flexure, rotation
 
 POISSON = 0.38  # of PLA and PETG, 0.35 to 0.4; in slender arms of plane stress it hardly counts
 _STEPS = 30
 _SETTLED = 1e-7
-
-
-def grid(flexure: Flexure, along: int, across: int, *, mirrored: bool = False) -> Any:
-    """Give the nodes of an arm's grid, in m; shape (along + 1, across + 1, 2)."""
-    line = flexure.centre_line(along + 1, mirrored=mirrored)
-    # The ends are cut square to the arm, as a beam is clamped.
-    fine = flexure.centre_line(20 * along + 1, mirrored=mirrored)
-    slope = np.gradient(fine, axis=0)[::20]
-    slope /= np.linalg.norm(slope, axis=1)[:, None]
-    normal = np.stack([-slope[:, 1], slope[:, 0]], axis=1)
-    share = np.linspace(-0.5, 0.5, across + 1) * flexure.thickness_m
-    return line[:, None, :] + share[None, :, None] * normal[:, None, :]
 
 
 def _mesh(nodes: Any) -> Any:
@@ -45,13 +33,10 @@ def _forms(modulus_pa: float) -> tuple[Any, Any]:
     """Give the change of the inner forces, and these forces, a metre of width each."""
     from skfem import BilinearForm, LinearForm
     from skfem.helpers import ddot, grad, mul, transpose
+    from skfem.models.elasticity import linear_stress
 
-    factor = modulus_pa / (1 - POISSON**2)
-    one = np.eye(2)[:, :, None, None]
-
-    def stress(strain: Any) -> Any:
-        trace = strain[0, 0] + strain[1, 1]
-        return factor * (POISSON * trace * one + (1 - POISSON) * strain)
+    factor, one = modulus_pa / (1 - POISSON**2), np.eye(2)[:, :, None, None]
+    stress = linear_stress(POISSON * factor, 0.5 * (1 - POISSON) * factor)  # in a plane
 
     def symmetric(tensor: Any) -> Any:
         return 0.5 * (tensor + transpose(tensor))
@@ -90,8 +75,7 @@ def _turn_arm(nodes: Any, modulus_pa: float, twists: Sequence[float]) -> list[fl
     held = np.concatenate([hub.all(), rim.all()])
     now, torques = np.zeros(basis.N), []
     for twist in twists:
-        cosine, sine = np.cos(twist), np.sin(twist)
-        goal = np.array([[cosine, -sine], [sine, cosine]]) @ places - places
+        goal = rotation(twist) @ places - places
         for attempt in range(_STEPS):
             step = np.zeros(basis.N)
             if not attempt:
@@ -120,18 +104,12 @@ def twist(
 ) -> Bent:
     """Twist a flexure; twists grow from near 0. The strain is not told: corners have no bound.
 
-    Raises
-    ------
-    ArithmeticError
-        If the elements find no rest.
-    ModuleNotFoundError
-        Without scikit-fem.
+    Raises `ArithmeticError` if the elements find no rest, `ModuleNotFoundError` without scikit-fem.
     """
-    sides = (False, True) if flexure.family == "meander" else (False,)
     torques = [
-        _turn_arm(grid(flexure, along, across, mirrored=side), modulus_pa, twists_rad)
-        for side in sides
+        _turn_arm(flexure.grid(along, across, mirrored=side), modulus_pa, twists_rad)
+        for side in flexure.sides
     ]
-    total = flexure.arms / len(sides) * flexure.width_m * np.sum(torques, axis=0)
+    total = flexure.arms * flexure.width_m * np.mean(torques, axis=0)
     twists = np.asarray(twists_rad, dtype=float)
     return Bent(twists, total, np.full(len(twists), np.nan))

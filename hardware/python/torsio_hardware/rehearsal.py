@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import torsio
@@ -30,23 +30,20 @@ _PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
 
 @dataclass(frozen=True)
 class Seen:
-    """The findings of a step.
-
-    Attributes
-    ----------
-    finding
-        Empty if all is as it should be.
-    """
+    """What a step shows."""
 
     step: str
     command: str
     text: str
-    finding: str = ""
+    finding: str = ""  # empty if all is as it should be
 
     @property
     def causes(self) -> tuple[str, ...]:
         """Names of faults that it may be."""
         return tuple(of.name for of in FAULTS if self.finding in (of.finding, *of.also))
+
+
+Shown = tuple[str, str]  # of a step: what to tell, and the finding
 
 
 @dataclass
@@ -56,55 +53,47 @@ class Bench:
     knob: Knob
     device: torsio.Knob
     world: Any
-    fault: Fault | None = None
-    meter: dict[str, float] = field(default_factory=dict)
-    """Its wrong readings, by the point."""
+    fault: Fault
 
 
-def options(knob: Knob, fault: Fault | None, seed: int | None) -> torsio.EmulatorOptions:
+def options(knob: Knob, fault: Fault, seed: int | None) -> torsio.EmulatorOptions:
     """Describe the emulated device as after `torsio config load` and a start, with a fault."""
-    plant = knob.plant(seed)
-    configs = knob.configs()
-    if fault is not None:
-        plant = fault.change(plant)
-        if fault.reversed_encoder:
-            sign = not configs["actuator"].encoder_reversed
-            configs["actuator"] = replace(configs["actuator"], encoder_reversed=sign)
+    configs, plant = knob.configs(), fault.change(knob.plant(seed))
+    sign = configs["actuator"].encoder_reversed != fault.reversed_encoder
+    configs["actuator"] = replace(configs["actuator"], encoder_reversed=sign)
     return torsio.EmulatorOptions(
         plant=plant, control_rate_hz=RATES_HZ[knob.board], seed=seed or 0, **configs
     )
 
 
 @contextmanager
-def emulated(knob: Knob, fault: Fault | None, seed: int | None = None) -> Iterator[Bench]:
+def emulated(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]:
     """Give the emulated device, of the firmware's own sources, wired with a fault or without."""
     with torsio.open("emulated", emulator=options(knob, fault, seed)) as device:
-        yield Bench(knob, device, device.emulator, fault, meter=dict(fault.meter) if fault else {})
+        yield Bench(knob, device, device.emulator, fault)
 
 
 def _band(knob: Knob, step: str) -> tuple[float, float]:
     return next(row[2] for row in knob.expected() if row[0] == step)
 
 
-def _apply(bench: Bench) -> Seen:
+def _apply(bench: Bench) -> Shown:
     """Look whether the board has the values and pins of the file."""
-    if bench.fault is not None:
-        bench.fault.happen(bench.world)
+    bench.fault.happen(bench.world)
     bench.device.sleep(_SETTLE_S)
     board = bench.device.board_config()
     wrong = [name for name, pin in bench.knob.pins.items() if getattr(board, name) != pin]
-    text = "the board has the values and pins of the file"
-    return Seen("link", "torsio config load settings.json", text, "link:pins" if wrong else "")
+    return "the board has the values and pins of the file", "link:pins" if wrong else ""
 
 
-def _turn(bench: Bench) -> Seen:
+def _turn(bench: Bench) -> Shown:
     """Turn the knob by hand, once, and let go."""
     device = bench.device
     begin = device.position_rad()
     bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (_TURN_S, begin + 2 * math.pi)]))
     device.sleep(_TURN_S + 0.1)
     bench.world.set_hand(NoHand())
-    counts = (device.position_rad() - begin) / (2 * math.pi) * bench.knob.number("counts_per_rev")
+    counts = (device.position_rad() - begin) / math.tau * bench.knob.number("counts_per_rev")
     low, high = _band(bench.knob, "encoder")
     text = f"one turn: {counts:.0f} counts, expected {low:.0f} to {high:.0f}"
     finding = ""
@@ -114,17 +103,17 @@ def _turn(bench: Bench) -> Seen:
         finding = "encoder:backwards"
     elif not low <= counts <= high:
         finding = "encoder:counts"
-    return Seen("encoder", "torsio monitor", text, finding)
+    return text, finding
 
 
-def _meter(bench: Bench) -> Seen:
+def _meter(bench: Bench) -> Shown:
     """Measure with a meter what the firmware cannot see."""
-    shown = bench.meter.get(RESET, 0.0)
+    shown = bench.fault.meter.get(RESET, 0.0)
     text = f"enable line with the board held in reset: {shown:.1f} V, expected 0 to 0.3 V"
-    return Seen("supply", "meter", text, "supply:pull_down" if shown > 0.3 else "")
+    return text, "supply:pull_down" if shown > 0.3 else ""
 
 
-def _doctor(bench: Bench) -> Seen:
+def _doctor(bench: Bench) -> Shown:
     """Ask `doctor`, but for clocks and answers: they mean nothing where time is virtual."""
     device, health = bench.device, bench.device.health()
     facts = KnobFacts(
@@ -144,11 +133,11 @@ def _doctor(bench: Bench) -> Seen:
         # Parts are not confirmed yet.
         if not finding.ok and finding.check != "parts":
             first = finding.faults[0] if finding.faults else finding.check
-            return Seen("doctor", "torsio doctor", finding.text, f"doctor:{first}")
-    return Seen("doctor", "torsio doctor", "no fault")
+            return finding.text, f"doctor:{first}"
+    return "no fault", ""
 
 
-def _stop(bench: Bench) -> Seen:
+def _stop(bench: Bench) -> Shown:
     """Press the emergency stop and release it."""
     device = bench.device
     bench.world.set_emergency_stop(pressed=True)
@@ -158,13 +147,13 @@ def _stop(bench: Bench) -> Seen:
     device.sleep(0.1)
     others = [fault for fault in device.faults() if fault != "emergency_stop"]
     if others:
-        return Seen("stop", "torsio monitor", f"faults: {', '.join(others)}", f"doctor:{others[0]}")
+        return f"faults: {', '.join(others)}", f"doctor:{others[0]}"
     device.clear_fault()
     text = "pressed: fault emergency_stop; released and cleared: disarmed"
-    return Seen("stop", "torsio monitor", text, "" if pressed else "stop:not_seen")
+    return text, "" if pressed else "stop:not_seen"
 
 
-def _push(bench: Bench) -> Seen:
+def _push(bench: Bench) -> Shown:
     """Let the motor push a little more than the friction, then with all that the cap lets.
 
     With the law `motor_only`: one that brakes holds a knob whose motor is swapped, unseen.
@@ -175,15 +164,14 @@ def _push(bench: Bench) -> Seen:
     friction = actuator.knob_coulomb_nm + actuator.brake_drag_nm
     begin, fastest = device.position_rad(), 0.0
     device.arm()
-    for push_nm in (1.3 * friction, _CAPS["motor_torque_cap_nm"]):
-        device.play(torsio.Constant(torque_nm=push_nm))
-        for _ in range(20):
-            device.sleep(0.01)
-            fastest = device.position_rad() - begin
-            if device.state != "armed" or abs(fastest) > _PUSHED_RAD:
-                break
+    for n in range(40):
         if device.state != "armed" or abs(fastest) > _PUSHED_RAD:
             break
+        if n % 20 == 0:
+            push_nm = _CAPS["motor_torque_cap_nm"] if n else 1.3 * friction
+            device.play(torsio.Constant(torque_nm=push_nm))
+        device.sleep(0.01)
+        fastest = device.position_rad() - begin
     faults = device.faults()
     if device.state == "armed":
         device.stop()
@@ -197,10 +185,10 @@ def _push(bench: Bench) -> Seen:
     elif not faults and fastest < _MOVED_RAD:
         finding = "motor:still"
     text = f"a push turned the knob by {fastest:+.2f} rad; faults: {', '.join(faults) or 'none'}"
-    return Seen("motor", "torsio studio", text, finding)
+    return text, finding
 
 
-def _drag(bench: Bench) -> Seen:
+def _drag(bench: Bench) -> Shown:
     """Let the brake drag, by the law `parallel`."""
     device = bench.device
     device.configure(torsio.ControlConfig(law="parallel", **_CAPS))
@@ -212,68 +200,68 @@ def _drag(bench: Bench) -> Seen:
         device.disarm()
     low, high = _band(bench.knob, "brake")
     text = f"friction of 10 mN m: measure {low:.2f} to {high:.2f} V at the coil"
-    return Seen("brake", "torsio studio", text, "" if armed else "brake:disarmed")
+    return text, "" if armed else "brake:disarmed"
 
 
-def _confirm(bench: Bench) -> Seen:
+def _confirm(bench: Bench) -> Shown:
     """Confirm the parts; give calibration the speed that it takes."""
     device = bench.device
     device.configure(torsio.ControlConfig(speed_limit_rad_s=160.0))
     device.update(confirmed=True, motor_current_continuous_a=2.0)
     device.sleep(_SETTLE_S)
-    return Seen("confirm", "torsio config set confirmed=on speed_limit_rad_s=160", "done")
+    return "done", ""
 
 
-def _calibrate(bench: Bench) -> Seen:
-    """Calibrate, and hold what is found against what the file lets expect."""
-    command = f"torsio calibrate --supply {bench.knob.number('supply_v'):g}"
+def _calibrate(bench: Bench) -> Shown:
+    """Calibrate, and hold what is found against the file's bands: friction, then the spring."""
+    knob = bench.knob
     try:
-        found = calibration.calibrate(bench.device)
+        quantities = calibration.calibrate(bench.device).quantities
     except (calibration.Refusal, torsio.Refused) as error:
         # A fault of the device is named by itself, as `torsio doctor` would.
         reason = next(iter(bench.device.faults()), getattr(error, "reason", "refused"))
-        return Seen("calibrate", command, str(error), f"calibrate:{reason}")
-    return judge(bench.knob, found.quantities, command)
-
-
-def judge(knob: Knob, quantities: Any, command: str) -> Seen:
-    """Compare what a calibration found with the file's bands: friction first, then the spring."""
+        return str(error), f"calibrate:{reason}"
     bands = {row[1]: row[2] for row in knob.expected() if row[0] == "calibrate"}
     for name in ("coulomb_nm", "brake_drag_nm"):
         found, most = quantities[name].value, bands[name][1]
         if found > most:
             text = f"{name} is {1e3 * found:.1f} mN m, expected at most {1e3 * most:.1f}"
-            return Seen("calibrate", command, text, "calibrate:drag")
+            return text, "calibrate:drag"
     stiffness = quantities["stiffness_nm_per_rad"].value
     low, high = bands["stiffness_nm_per_rad"]
-    nominal = knob.number("spring_stiffness_nm_per_rad")
+    off = stiffness / knob.number("spring_stiffness_nm_per_rad") - 1
     text = (
-        f"shaft {stiffness:.3f} N m/rad, {100 * (stiffness / nominal - 1):+.0f} % of the file's; a "
+        f"shaft {stiffness:.3f} N m/rad, {100 * off:+.0f} % of the file's; a "
         f"print may have {low:.2f} to {high:.2f}"
     )
     if stiffness < low:
-        return Seen("calibrate", command, text, "calibrate:shaft_soft")
-    if abs(stiffness / nominal - 1) > 0.1:
-        return Seen("calibrate", command, text, "calibrate:spring_off")
-    return Seen("calibrate", command, text)
+        return text, "calibrate:shaft_soft"
+    return text, "calibrate:spring_off" if abs(off) > 0.1 else ""
 
 
-STEPS: tuple[Callable[[Bench], Seen], ...] = (
-    _apply, _turn, _meter, _doctor, _stop, _push, _drag, _confirm, _calibrate,
-)  # fmt: skip
+STEPS: tuple[tuple[str, str, Callable[[Bench], Shown]], ...] = (
+    ("link", "torsio config load settings.json", _apply),
+    ("encoder", "torsio monitor", _turn),
+    ("supply", "meter", _meter),
+    ("doctor", "torsio doctor", _doctor),
+    ("stop", "torsio monitor", _stop),
+    ("motor", "torsio studio", _push),
+    ("brake", "torsio studio", _drag),
+    ("confirm", "torsio config set confirmed=on speed_limit_rad_s=160", _confirm),
+    ("calibrate", "torsio calibrate --supply {supply_v:g}", _calibrate),
+)
 
 
-def run(
-    bench: Bench, tell: Callable[[Seen], object], steps: tuple[Callable[[Bench], Seen], ...] = STEPS
-) -> Seen | None:
-    """Go through the steps of first power until one shows something wrong, and return that."""
-    for step in steps:
+def run(bench: Bench, tell: Callable[[Seen], object], steps: Any = STEPS) -> Seen:
+    """Go through the steps of first power until one shows something wrong; return the last."""
+    for name, command, step in steps:
         with warnings.catch_warnings():
             # The parts of this board are not confirmed yet.
             warnings.simplefilter("ignore", torsio.HeldLowWarning)
             warnings.simplefilter("ignore", torsio.SceneWarning)
-            seen = step(bench)
+            text, finding = step(bench)
+        seen = Seen(name, command.format(supply_v=bench.knob.number("supply_v")), text, finding)
         tell(seen)
-        if seen.finding:
-            return seen
-    return None
+        if finding:
+            break
+    return seen

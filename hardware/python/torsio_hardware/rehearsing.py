@@ -15,13 +15,13 @@ import torsio
 from torsio.common.extras import lacking
 from torsio.studio.page import page_folder
 from torsio_hardware import faults, rehearsal
-from torsio_hardware.cli import fail, tell
+from torsio_hardware.cli import File, fail, tell
 from torsio_hardware.knob import DEFAULT, Knob, load
 
 app = typer.Typer(help="Rehearse first power of a knob that is not built yet.")
 
 
-def _on_chip(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
+def _on_chip(knob: Knob, fault: faults.Fault, seed: int | None) -> Any:
     """Give the bench of the tests, which have the emulated chip."""
     try:
         sys.path.insert(0, str(Path.cwd()))
@@ -31,13 +31,10 @@ def _on_chip(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
         raise ValueError(f"{needed}: {error}") from None
 
 
-def served(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
+def served(knob: Knob, fault: faults.Fault, seed: int | None) -> Any:
     """Describe the knob as the page has it; a calibration has its parts confirmed.
 
-    Raises
-    ------
-    ValueError
-        Without what serves pages.
+    Raises `ValueError` without what serves pages.
     """
     try:
         from torsio.studio.server import Emulated
@@ -48,49 +45,37 @@ def served(knob: Knob, fault: faults.Fault | None, seed: int | None) -> Any:
     return Emulated(
         replace(options, paced=True, log_truth=True),
         replace(options, board=board, control=torsio.ControlConfig(speed_limit_rad_s=160.0)),
-        fault.happen if fault else lambda world: None,
+        fault.happen,
     )
 
 
-def _serve(knob: Knob, fault: faults.Fault | None, seed: int | None) -> None:
+def _serve(knob: Knob, fault: faults.Fault, seed: int | None) -> None:
     """Serve the page until Ctrl-C, and say what a meter shows: the page cannot."""
     world = served(knob, fault, seed)
     from torsio.studio.server import serve
 
-    volts = {"bridges": world.options.plant.electrics.supply_v, rehearsal.RESET: 0.0}
-    volts |= fault.meter if fault else {}
+    volts = {"bridges": world.options.plant.electrics.supply_v, rehearsal.RESET: 0.0, **fault.meter}
     tell(*(f"meter   {value:.1f} V at {point}" for point, value in volts.items()))
     serve("emulated", page_folder(), 0, lambda address: tell(f"studio  {address}"), world)
 
 
-def _go_through(
-    knob: Knob, fault: faults.Fault | None, seed: int | None, *, chip: bool
-) -> rehearsal.Seen | None:
-    """Take all steps, and say what they show."""
+def _go_through(knob: Knob, fault: faults.Fault, seed: int | None, *, chip: bool) -> bool:
+    """Take all steps, and say what they show; True if something is wrong."""
 
     def told(seen: rehearsal.Seen) -> None:
         mark = "WRONG" if seen.finding else "ok"
         tell(f"{mark:6} {seen.step:10} $ {seen.command}", f"{'':18}{seen.text}")
 
     with (_on_chip if chip else rehearsal.emulated)(knob, fault, seed) as bench:
-        steps = rehearsal.STEPS[:-2] if chip else rehearsal.STEPS
-        seen: rehearsal.Seen | None = rehearsal.run(bench, told, steps)
-    tell(f"found    {seen.finding if seen else 'nothing wrong'}")
-    for name in seen.causes if seen else ():
-        tell(f"         maybe: {faults.named(name).words}")
-    return seen
-
-
-_HELP = {
-    "file": "A knob's file; the reference knob if unset.",
-    "chip": "The released firmware in the emulated chip; slow, without calibration.",
-    "page": "Serve this knob to the studio's page, for you to go on with.",
-}
+        seen = rehearsal.run(bench, told, rehearsal.STEPS[:-2] if chip else rehearsal.STEPS)
+    tell(f"found    {seen.finding or 'nothing wrong'}")
+    tell(*(f"         maybe: {faults.named(name).words}" for name in seen.causes))
+    return bool(seen.finding)
 
 
 @app.callback(invoke_without_command=True)
 def rehearse(
-    file: Annotated[Path, typer.Argument(help=_HELP["file"], show_default=False)] = DEFAULT,
+    file: File = DEFAULT,
     fault: Annotated[
         str, typer.Option(metavar="NAME", help="Build this fault in; `--fault list` names all.")
     ] = "",
@@ -99,8 +84,10 @@ def rehearse(
         typer.Option(metavar="NUMBER", help="Draw a hidden fault and parts by this number."),
     ] = None,
     reveal: Annotated[bool, typer.Option("--reveal", help="Tell at the end which it was.")] = False,
-    page: Annotated[bool, typer.Option("--page", help=_HELP["page"])] = False,
-    chip: Annotated[bool, typer.Option("--chip", help=_HELP["chip"])] = False,
+    page: Annotated[bool, typer.Option("--page", help="Serve this knob to the studio.")] = False,
+    chip: Annotated[
+        bool, typer.Option("--chip", help="The released firmware in its chip; no calibration.")
+    ] = False,
 ) -> None:
     """Go through the steps of docs/how-to/first-power.md, and name what is wrong.
 
@@ -110,19 +97,19 @@ def rehearse(
     if fault == "list":
         tell(*(f"{each.name:18} {each.words}" for each in faults.FAULTS))
         return
-    seen = None
+    found = False
     try:
         knob = load(file)
-        chosen = faults.named(fault) if fault else None
+        chosen = faults.named(fault)
         if blind is not None:
             chosen = random.Random(blind).choice(faults.FAULTS)
         if page:
             _serve(knob, chosen, blind)
         else:
-            seen = _go_through(knob, chosen, blind, chip=chip)
+            found = _go_through(knob, chosen, blind, chip=chip)
     except (ValueError, OSError, torsio.Error) as error:
         raise fail(error) from None
     if reveal:
-        tell(f"built in {chosen.words if chosen else 'no fault'}")
-    if seen is not None:
+        tell(f"built in {chosen.words}")
+    if found:
         raise typer.Exit(1)

@@ -10,12 +10,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from build123d import (
     Box,
     Circle,
     Cylinder,
-    Face,
     GeomType,
     Polyline,
     Pos,
@@ -36,9 +34,8 @@ from torsio_hardware.layout import (
     SLEEVE_MM,
     TEETH,
 )
-from torsio_hardware.plane import grid
 
-_INTO_MM = 0.3  # so far an arm reaches into hub and rim, so that they are one
+_INTO_M = 0.3e-3  # so far an arm reaches into hub and rim, so that they are one
 _PLATE = (196.0, 90.0, 6.0)
 _LEG_MM, _LEG_HEIGHT_MM = 14.0, 95.0
 _SPRING_Z, _DRUM_Z, _TEETH_MM = 16.0, 3.0, 8.0
@@ -51,8 +48,6 @@ _GROOVE = ((0.75, 0.0), (0.6, 0.13), (0.55, 0.34), (0.45, 0.54), (0.25, 0.71), (
 _STOP_MM = 41.9  # from the axis to the end stop's middle
 _SLACK_MM = 3.0  # the way of the brake along the plate, to tighten the belt
 
-__all__ = ["Placed", "assembly", "overhang_mm2", "printed", "spring"]
-
 
 def _hole(radius: float, height: float, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Any:
     return Pos(x, y, z + height / 2) * Cylinder(radius, height)
@@ -62,14 +57,8 @@ def spring(flexure: Flexure, points: int = 60) -> Any:
     """Give the spring as one solid, its lower face at z = 0; arms of so many straight pieces."""
     flat: Any = Circle(RIM_MM) - Circle(1e3 * flexure.rim_radius_m)
     flat += Circle(1e3 * flexure.hub_radius_m)
-    for arm in range(flexure.arms):
-        nodes = 1e3 * grid(flexure, points, 1, mirrored=flexure.is_mirrored(arm))
-        for end, inward in ((0, 1), (-1, -2)):
-            along = nodes[end].mean(axis=0) - nodes[inward].mean(axis=0)
-            nodes[end] += _INTO_MM * along / np.linalg.norm(along)
-        edge = np.concatenate([nodes[:, 0], nodes[::-1, 1]])
-        face: Face = make_face(Polyline(*map(tuple, edge), close=True))
-        flat += Rot(0, 0, 360 * arm / flexure.arms) * face
+    for edge in flexure.outlines(points, _INTO_M):
+        flat += make_face(Polyline(*map(tuple, 1e3 * edge), close=True))
     flat -= Circle(BORE_MM + 2.0)  # sits on the sleeve's neck
     for radius, x, y in SCREWS_MM:
         flat -= Pos(x, y) * Circle(radius)
@@ -136,9 +125,7 @@ def _plate(motor_mm: float, brake_mm: float) -> Any:
     body: Any = Pos(CENTRES_MM / 2, 0, -thick / 2) * Box(length, width, thick)
     body -= _hole(11.0, thick, z=-thick)
     body -= _hole(13.0, thick, CENTRES_MM, 0, -thick)
-    for x, y in _legs():
-        body -= _hole(1.7, thick, x, y, -thick)
-    for x, y in [*_ears(motor_mm), (-_STOP_MM, 0.0)]:
+    for x, y in [*_legs(), *_ears(motor_mm), (-_STOP_MM, 0.0)]:
         body -= _hole(1.7, thick, x, y, -thick)
     slot = extrude(SlotCenterToCenter(2 * _SLACK_MM, 3.4), thick)
     for x, y in _ears(brake_mm):
@@ -153,11 +140,8 @@ def _stop() -> Any:
 
 def _legs() -> list[tuple[float, float]]:
     length, width, _ = _PLATE
-    return [
-        (CENTRES_MM / 2 + i * (length / 2 - 9), j * (width / 2 - 9))
-        for i in (-1, 1)
-        for j in (-1, 1)
-    ]
+    x, y = length / 2 - 9, width / 2 - 9
+    return [(CENTRES_MM / 2 + i * x, j * y) for i in (-1, 1) for j in (-1, 1)]
 
 
 def _ears(diameter: float) -> list[tuple[float, float]]:
@@ -185,28 +169,14 @@ def _clamp(diameter: float) -> Any:
 
 @dataclass(frozen=True)
 class Placed:
-    """A part at its place.
-
-    Attributes
-    ----------
-    solid
-        Where it is when all is screwed.
-    is_printed
-        False: an envelope of what is bought.
-    lift_mm
-        How far the exploded picture lifts it.
-    step
-        In which step of the assembly it comes.
-    print_turn
-        Degrees about x by which it lies on the printer's bed.
-    """
+    """A part at its place."""
 
     name: str
-    solid: Any
-    is_printed: bool
-    lift_mm: float
-    step: int
-    print_turn: float = 0.0
+    solid: Any  # where it is when all is screwed
+    is_printed: bool  # False: an envelope of what is bought
+    lift_mm: float  # so far the exploded picture lifts it
+    step: int  # of the assembly, in which it comes
+    print_turn: float = 0.0  # degrees about x by which it lies on the printer's bed
 
 
 def assembly(
@@ -215,7 +185,6 @@ def assembly(
     """Give all parts at their places, for a motor and a brake of these diameters."""
     height = 1e3 * flexure.width_m
     under = -_PLATE[2]
-    bought_belt = _belt()
     bearings = [
         _hole(_BEARING[0] / 2, _BEARING[1], z=z) - _hole(SLEEVE_MM, _BEARING[1], z=z)
         for z in (_DRUM_Z, _SPRING_Z - 3.0 - 2.0)
@@ -236,7 +205,7 @@ def assembly(
         Placed("drum", _drum(), True, 130.0, 5, 180.0),
         Placed("spring", Pos(0, 0, _SPRING_Z) * spring(flexure, points), True, 165.0, 6),
         Placed("brake pulley", Pos(CENTRES_MM, 0, 0) * _brake_pulley(6.0), True, 60.0, 7),
-        Placed("belt", bought_belt, False, 100.0, 7),
+        Placed("belt", _belt(), False, 100.0, 7),
         Placed("knob", _knob(height), True, 215.0, 8, 180.0),
         Placed("end stop", _stop(), True, 30.0, 9),
     ]
@@ -266,12 +235,6 @@ def printed(placed: Placed) -> Any:
 
 def overhang_mm2(body: Any) -> float:
     """Return the area of flat faces that hang in the air, the bed's aside: they need support."""
-    return float(
-        sum(
-            face.area
-            for face in body.faces()
-            if face.geom_type == GeomType.PLANE
-            and face.normal_at().Z < -0.75
-            and face.center().Z > 0.05
-        )
-    )
+    flat = [face for face in body.faces() if face.geom_type == GeomType.PLANE]
+    hanging = (face for face in flat if face.normal_at().Z < -0.75 and face.center().Z > 0.05)
+    return float(sum(face.area for face in hanging))

@@ -21,21 +21,21 @@ MODULES = {
     "Pico": (1, 1, 20, 8),
     "motor bridge": (8, 13, 15, 20),
     "brake bridge": (18, 13, 25, 20),
-    "current sensor": (27, 12, 34, 20),
+    "current sensor": (28, 12, 34, 20),
     "encoder": (2, 12, 5, 14),
-    "emergency stop": (24, 7, 29, 9),
-    "divider": (26, 21, 30, 23),
+    "emergency stop": (28, 8, 31, 11),
+    "divider": (27, 21, 30, 23),
     "supply": (31, 22, 34, 24),
 }
 _TERMINALS = {
     **{"encoder VCC": (2, 12), "encoder ground": (3, 12), "encoder A": (4, 12)},
-    **{"encoder B": (5, 12), "emergency stop": (24, 8), "divider middle": (26, 21)},
+    **{"encoder B": (5, 12), "emergency stop": (28, 9), "divider OUT": (27, 21)},
     **{"motor bridge IN1": (9, 13), "motor bridge IN2": (10, 13), "motor bridge SLEEP": (12, 13)},
     **{"brake bridge IN1": (19, 13), "brake bridge IN2": (20, 13), "brake bridge SLEEP": (22, 13)},
     **{"motor bridge FAULT": (13, 13), "brake bridge FAULT": (23, 13), "motor bridge VM": (10, 20)},
     **{"motor bridge PMODE": (8, 15), "brake bridge PMODE": (25, 15)},
-    **{"brake bridge VM": (20, 20), "supply +": (31, 24), "divider top": (29, 21)},
-    **{"current sensor OUT": (31, 12), "current sensor VCC": (33, 12)},
+    **{"brake bridge VM": (20, 20), "supply +": (31, 24), "divider top": (30, 21)},
+    **{"current sensor OUT": (32, 12), "current sensor VCC": (33, 12)},
 }
 # Solder a resistor from each of these to ground; one holds both bridges' enable.
 PULLED_DOWN = (
@@ -67,7 +67,7 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
         ("board 3V3", "brake bridge PMODE", "power", "3.3 V: two inputs"),
         (pin["emergency_stop_pin"], "emergency stop", "signal", "to ground, opens when pressed"),
         (pin["current_sense_pin"], "current sensor OUT", "signal", "1.65 V at no current"),
-        (pin["supply_sense_pin"], "divider middle", "signal", "supply over 11"),
+        (pin["supply_sense_pin"], "divider OUT", "signal", "supply over 11"),
         ("board 3V3", "current sensor VCC", "power", "3.3 V, 10 mA"),
         ("board VBUS", "encoder VCC", "power", "5 V, 20 mA"),
         ("supply +", "motor bridge VM", "power", "12 V, 4 A, fuse; 2200 uF to ground"),
@@ -121,6 +121,8 @@ def place(end: str) -> tuple[int, int] | None:
 
 def _way(begin: tuple[int, int], end: tuple[int, int], lane: int) -> list[tuple[float, float]]:
     """Lead a wire round the modules: others are straight."""
+    if end[1] < 10:
+        return [begin, (begin[0], end[1]), end]
     if begin[1] > 1:
         return [begin, (end[0], begin[1]), end] if begin[1] > 20 else [begin, end]
     above, side = 0.4 - 0.3 * lane, end[0] if end[0] > 20 else -0.2 - 0.1 * lane
@@ -141,8 +143,12 @@ def board_svg(knob: Knob) -> str:
         (x, y), (far, low) = at(left - 0.4, top - 0.4), at(right + 0.4, bottom + 0.4)
         shapes += [
             f'<rect x="{x:g}" y="{y:g}" width="{far - x:g}" height="{low - y:g}" '
-            f'style="fill-opacity:.85"/><text x="{far - 5:g}" y="{min(low - 5, y + 110):g}" '
-            f'text-anchor="end">{name}</text>'
+            'style="fill-opacity:.85"/>',
+            *(
+                f'<text x="{(x + far) / 2:g}" y="{min(low - 5, y + 110) - 13 * n:g}" '
+                f'text-anchor="middle">{word}</text>'
+                for n, word in enumerate(reversed(name.split()))
+            ),
         ]
     shapes += [_line([at(1, _GROUND_ROW), at(23.5, _GROUND_ROW)], "#000")]
     for end in PULLED_DOWN:
@@ -160,7 +166,8 @@ def board_svg(knob: Knob) -> str:
             lane += first[1] == 1
             shapes += [_line((at(*point) for point in _way(first, last, lane)), _COLOURS[kind])]
             for hole, label in ((first, begin), (last, end)):
-                labels[hole, label.split()[-1], kind].append(str(n + 1))
+                terminal = "" if label in MODULES else label.split()[-1]
+                labels[hole, terminal, kind].append(str(n + 1))
     for (hole, label, kind), numbers in labels.items():
         x, y = at(*hole)
         shapes += [
