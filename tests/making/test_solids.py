@@ -12,8 +12,10 @@ from typing import Any
 
 import pytest
 from build123d import Cylinder, GeomType, Pos, Rot
+from typer.testing import CliRunner
 
 from torsio_hardware import making, parts, solids
+from torsio_hardware.cli import app
 from torsio_hardware.knob import load
 from torsio_hardware.layout import BELT_LENGTH_MM, CENTRES_MM, PULLEY_MM
 
@@ -132,6 +134,15 @@ def test_spring_has_the_volume_of_its_arms() -> None:
     rings = math.pi * (29**2 - 25**2 + 7**2 - 5**2 - 6 * 1.1**2)
     expected = (rings + shape.arms * arm) * 1e3 * shape.width_m
     assert solids.spring(shape).volume == pytest.approx(expected, rel=0.01)
+
+
+def test_command_writes_the_spring_that_it_designs(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["spring", "--family", "spoke", "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert {file.suffix for file in tmp_path.iterdir()} == {".svg", ".step", ".stl", ".json"}
+    figures = json.loads((tmp_path / "spring.json").read_text(encoding="utf-8"))
+    assert figures["family"] == "spoke"
+    assert figures["shaft_config"]["knee_1_rad"] > 0
 
 
 def test_all_files_are_made(tmp_path: Path) -> None:

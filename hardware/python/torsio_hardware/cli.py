@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +11,7 @@ import typer
 from torsio.common import screen
 from torsio_hardware import beams, design, drawing, parts
 from torsio_hardware import knob as knob_file
-from torsio_hardware.flexure import SHAPES, Flexure, closed_form
+from torsio_hardware.flexure import Flexure, closed_form
 
 app = typer.Typer(
     help="Make the files of one Torsio knob. All is computed; nothing has been printed yet.",
@@ -61,19 +60,16 @@ def spring_command(
     ] = 0.05,
     hub: Annotated[float, typer.Option(min=1, max=100, help="The arms begin there, in mm.")] = 7.0,
     rim: Annotated[float, typer.Option(min=2, max=200, help="The arms end there, in mm.")] = 25.0,
-    search: Annotated[
-        bool, typer.Option("--search", help="Search all shapes of the family; about half a minute.")
-    ] = False,
     elements: Annotated[
         bool, typer.Option("--elements", help="Compare with finite elements of two programs.")
     ] = False,
     out: Out = Path("out/hardware"),
 ) -> None:
-    """Design the spring: stiffness curve, strain, tolerance, creep, and its drawing."""
+    """Search the best spring of a family: curve, strain, tolerance, creep, and its drawing."""
     try:
         of = design.material(material)
         room = design.Room(1e-3 * hub, 1e-3 * rim, 1e-3 * line, 1e-3 * off)
-        spring = _chosen(stiffness, of, family, room, search=search)
+        spring = design.search(room, of, stiffness, family)[0]
         found = spring.as_dict(torque)
         if elements:
             found["elements"] = compare(spring.flexure, of.modulus_pa.value)
@@ -115,25 +111,6 @@ def all_command(
         f"parts for {low:.0f} to {high:.0f} EUR; parts.csv says what was looked up",
         f"{len(files)} files in {out}; computed and drawn, and nothing printed yet",
     )
-
-
-def _chosen(
-    stiffness: float, of: design.Material, family: str, room: design.Room, *, search: bool
-) -> design.Spring:
-    if family not in SHAPES:
-        raise ValueError(f"no family {family!r}; known are {', '.join(SHAPES)}")
-    if search:
-        found = design.search(room, of, stiffness, family)
-        if not found:
-            raise ValueError(f"no {family} of this stiffness fits into the room of the knob")
-        return found[0]
-    shape = replace(
-        SHAPES[family],
-        hub_radius_m=room.hub_radius_m,
-        rim_radius_m=room.rim_radius_m,
-        thickness_m=2 * room.line_m,
-    )
-    return design.examine(design.for_stiffness(shape, of, stiffness), of, room.within_m)
 
 
 def compare(shape: Flexure, modulus_pa: float) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from torsio_hardware.beams import Bent, bend
-from torsio_hardware.flexure import Flexure
+from torsio_hardware.flexure import SHAPES, Flexure
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -194,7 +194,7 @@ class Room:
 def candidates(room: Room, family: str) -> Iterator[Flexure]:
     """Give the shapes of a family that a printer can make: walls of whole lines, gaps, bends."""
     lines = (1, 2, 3) if family == "spoke" else (2, 3)
-    for arms, count in itertools.product((3, 4, 6, 8), lines):
+    for arms, count in itertools.product((6, 4, 8, 3), lines):
         common = Flexure(
             arms, room.hub_radius_m, room.rim_radius_m, count * room.line_m, room.widths_m[1]
         )
@@ -212,7 +212,10 @@ def search(room: Room, of: Material, stiffness_nm_per_rad: float, family: str) -
     """Find the springs of a family that fit, those that break no rule first, then by strain.
 
     A rule is the deviation of 1 % up to 0.04 rad, both ways, and the material's strain limit.
+    Raises `ValueError` if there is none.
     """
+    if family not in SHAPES:
+        raise ValueError(f"no family {family!r}; known are {', '.join(SHAPES)}")
     found = []
     for shape in candidates(room, family):
         if shape.gap_m() < room.gap_m or shape.bend_radius_m() < shape.thickness_m:
@@ -229,6 +232,8 @@ def search(room: Room, of: Material, stiffness_nm_per_rad: float, family: str) -
         except ArithmeticError:
             continue
         found.append(spring)
+    if not found:
+        raise ValueError(f"no {family} of this stiffness fits into the room of the knob")
     return sorted(
-        found, key=lambda s: (s.deviation > LINEAR_WITHIN, s.safety < 1, s.strain, s.deviation)
+        found, key=lambda s: (s.deviation > LINEAR_WITHIN, s.safety < 1, round(s.strain, 6))
     )
