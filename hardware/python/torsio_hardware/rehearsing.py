@@ -27,7 +27,7 @@ def _on_chip(knob: Knob, fault: faults.Fault, seed: int | None) -> Any:
         sys.path.insert(0, str(Path.cwd()))
         return importlib.import_module("tests.making.chip").binary(knob, fault, seed)
     except ModuleNotFoundError as error:
-        needed = "--chip runs in a clone of the project alone, after ./dev firmware"
+        needed = "--chip runs in a clone of the project alone, after ./dev test making"
         raise ValueError(f"{needed}: {error}") from None
 
 
