@@ -30,7 +30,7 @@ _PUSHED_RAD, _MOVED_RAD = 0.2, 0.02
 
 @dataclass(frozen=True)
 class Seen:
-    """What a step shows."""
+    """The result of a step."""
 
     step: str
     command: str
