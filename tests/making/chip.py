@@ -28,9 +28,8 @@ class ChipWorld:
         self._motor_sign = -1 if world.params.electrics.motor_reversed else 1
         self._encoder_sign = -1 if swapped_encoder else 1
         self._frozen = False
-        board.couple(self._pass_period)
 
-    def _pass_period(self, motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
+    def pass_period(self, motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
         sign = self._motor_sign
         amperes, edges = self._world.pass_period(sign * motor, brake, enabled)
         turned = [] if self._frozen else [self._encoder_sign * edge for edge in edges]
@@ -72,9 +71,12 @@ def binary(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]
                 device.configure(config)
             device.save()
         board.power_cycle()
-        board.enumerate()
+        # What is wrong is so before the board starts: it learns its sensor's zero at once.
         world = ChipWorld(board, World(plant), swapped_encoder=fault.reversed_encoder)
         assert plant.electrics is not None
         world.set_supply(plant.electrics.supply_v)
+        fault.happen(world)
+        board.enumerate()
+        board.couple(world.pass_period)
         with torsio.open(BinaryTransport(board)) as device:
             yield Bench(knob, device, world, fault)
