@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.c.calling import TREE, run
-from tests.test_guides import examples
+from tests.pages import examples
 
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic")
 FELT = """\

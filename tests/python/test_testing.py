@@ -417,7 +417,7 @@ def test_random_seed_is_told_and_can_be_given_again(pytester: pytest.Pytester) -
 
 
 def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
-    from tests.test_guides import examples
+    from tests.pages import examples
 
     pages = ("docs/how-to/testing.md", "docs/reference/testing.md")
     for index, example in enumerate(one for page in pages for one in examples(page, "python")):

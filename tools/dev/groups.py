@@ -113,7 +113,7 @@ class Group:
 # Folders of tests that tests of other folders import.
 _TESTS_USED = (
     *("tests/faults", "tests/bench", "tests/vm/guest", "tests/mutation", "tests/board"),
-    *("tests/studies", "tests/recordings.py", "tests/test_guides.py"),
+    *("tests/studies", "tests/recordings.py", "tests/pages.py"),
 )
 _COVERED_BY_CPP = (
     *(*_LIBRARIES, "firmware", "bindings", "studies", "studio", "examples", "tools"),
@@ -180,7 +180,7 @@ GROUPS = {
         ("release", "languages", "python"),
         (
             *(*_LIBRARIES, "examples", "docs/reference/c.md", "docs/reference/cpp.md", "tools"),
-            *("tests/python/cpp_headers.py", "tests/test_guides.py"),
+            *("tests/python/cpp_headers.py", "tests/pages.py"),
         ),
     ),
     "board": Group(
