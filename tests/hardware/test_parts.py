@@ -44,7 +44,9 @@ def test_every_choice_has_what_the_configuration_assumes(knob: Knob) -> None:
     ("place", "rating", "value"),
     [
         ("motor", "kt_nm_per_a", 0.03),
-        ("current_sensor", "sensitivity_v_per_a", 0.6),
+        ("current_sensor", "sensitivity_v_per_a", 0.88),  # the least of SparkFun's SEN-14544
+        ("current_sensor", "supply_min_v", 4.5),  # Allegro's ACS723
+        ("current_sensor", "zero_v", 2.8),
         ("encoder", "lines", 1000.0),
         ("emergency_stop", "contact", "closes"),
         ("resistors", "resistance_ohm", 10_000.0),
@@ -58,6 +60,22 @@ def test_part_that_lacks_a_rating_is_named(
     told, *_ = parts.failures([worse], knob)
     assert told.startswith(f"{place}: ")
     assert f"has {rating} {value}, needs" in told
+
+
+def test_current_sensor_is_fed_within_its_rating_and_stays_within_the_boards_input(
+    knob: Knob,
+) -> None:
+    input_v = 3.3  # of the chip's converter: data sheets of RP2040 and RP2350, pins ADC_AVDD, IOVDD
+    (fed,) = [begin for begin, end, *_ in wires.wiring(knob) if end == "current sensor VCC"]
+    assert fed == "board 3V3"
+    trip_a = 1.5 * knob.number("motor_current_max_a")
+    for part in parts.load():
+        if part.place == "current_sensor":
+            of = part.ratings
+            assert of["supply_min_v"] <= input_v <= of["supply_max_v"], part.number
+            for current_a in (-trip_a, trip_a):
+                output_v = of["zero_v"] + of["sensitivity_v_per_a"] * current_a
+                assert 0 < output_v < input_v, part.number
 
 
 def test_parts_of_the_file_are_in_the_bill(knob: Knob) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 from torsio_hardware.knob import Knob
 
 FILE = Path(__file__).parent / "parts.csv"
+# The board's analogue inputs stand no more; its 3V3 feeds the current sensor, see `wires`.
+ANALOGUE_V = 3.3
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
     of = knob.number
     supply_v, kt = of("supply_v"), of("motor_torque_constant_nm_per_a")
     torque_nm, motor_a = of("motor_torque_max_nm"), 1.5 * of("motor_current_max_a")
+    swing_v = of("current_sense_v_per_a") * motor_a
     bridge: list[Rule] = [
         ("pwm_hz", "at least", 40e3),
         ("enable", "exactly", 1),
@@ -89,7 +92,8 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
         "current_sensor": [  # an over-current is 1.5 times the motor's limit
             ("range_a", "at least", motor_a), ("bandwidth_hz", "at least", 40e3),
             ("sensitivity_v_per_a", "exactly", of("current_sense_v_per_a")),
-            ("sensitivity_v_per_a", "at most", 3.3 / 2 / motor_a),
+            ("supply_min_v", "at most", ANALOGUE_V), ("supply_max_v", "at least", ANALOGUE_V),
+            ("zero_v", "at least", swing_v), ("zero_v", "at most", ANALOGUE_V - swing_v),
         ],
         "encoder": [
             ("lines", "exactly", of("counts_per_rev") / 4),
