@@ -140,8 +140,8 @@ function steps(travel: Travel): Step[] {
       title: "Confirm",
       text: "Set a speed limit in the control configuration, and turn on confirmed in the board's. Apply and keep " +
         "both. Set values_are to stated in the calibration's. Raise the motor's cap first, and hold the knob against " +
-        "30 mN·m for a second: a supply of half or twice the voltage is a fault now. Then raise the brake's cap, " +
-        "step by step.",
+        "30 mN·m for a second: a supply of half or twice the voltage is a fault now. Then raise both caps, step by " +
+        "step, to motor_torque_max_nm and brake_torque_max_nm: calibration needs them.",
     },
     {
       title: "Calibrate",

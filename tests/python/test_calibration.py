@@ -364,6 +364,25 @@ def test_limit_that_the_turns_would_break_is_named_before_anything_turns() -> No
         assert knob.control_config().speed_limit_rad_s == 40.0
 
 
+@pytest.mark.parametrize(
+    ("caps", "named"),
+    [
+        # As first power saves them: the brake's holds less than the motor's pulls.
+        ({"motor_torque_cap_nm": 0.03, "brake_torque_cap_nm": 0.015}, "brake_torque_cap_nm"),
+        ({"motor_torque_cap_nm": 0.012}, "motor_torque_cap_nm"),
+        ({"motor_torque_cap_nm": 0.004}, "motor_torque_cap_nm"),  # less than the friction
+    ],
+)
+def test_cap_that_keeps_the_twist_too_small_is_named(caps: dict[str, float], named: str) -> None:
+    with torsio.open("emulated") as knob:
+        knob.update(**caps)
+        with pytest.raises(calibration.Refusal) as refused:
+            calibration.calibrate(knob, quick=True)
+    assert refused.value.reason == "limited"
+    limit = getattr(torsio.ActuatorConfig(), named.replace("cap", "max"))
+    assert f"{named} is {caps[named]:g}, of {limit:g}: raise it" in str(refused.value)
+
+
 def test_limit_that_the_doctor_recommends_is_one_that_calibration_takes() -> None:
     with torsio.open("emulated") as knob:
         none = replace(knob.limits(), speed_limit_rad_s=0.0)

@@ -204,9 +204,13 @@ def _drag(bench: Bench) -> Shown:
 
 
 def _confirm(bench: Bench) -> Shown:
-    """Confirm the parts; give calibration the speed that it takes."""
-    device = bench.device
-    device.configure(torsio.ControlConfig(speed_limit_rad_s=160.0))
+    """Confirm the parts; give calibration the torques and the speed that it takes."""
+    device, of = bench.device, bench.knob.number
+    device.update(
+        speed_limit_rad_s=160.0,
+        motor_torque_cap_nm=of("motor_torque_max_nm"),
+        brake_torque_cap_nm=of("brake_torque_max_nm"),
+    )
     device.update(confirmed=True, motor_current_continuous_a=2.0)
     device.sleep(_SETTLE_S)
     return "done", ""
@@ -247,20 +251,26 @@ STEPS: tuple[tuple[str, str, Callable[[Bench], Shown]], ...] = (
     ("stop", "torsio monitor", _stop),
     ("motor", "torsio studio", _push),
     ("brake", "torsio studio", _drag),
-    ("confirm", "torsio config set confirmed=on speed_limit_rad_s=160", _confirm),
+    (
+        "confirm",
+        "torsio config set confirmed=on speed_limit_rad_s=160 "
+        "motor_torque_cap_nm={motor_torque_max_nm:g} brake_torque_cap_nm={brake_torque_max_nm:g}",
+        _confirm,
+    ),
     ("calibrate", "torsio calibrate --supply {supply_v:g}", _calibrate),
 )
 
 
 def run(bench: Bench, tell: Callable[[Seen], object], steps: Any = STEPS) -> Seen:
     """Go through the steps of first power until one shows something wrong; return the last."""
-    for name, command, step in steps:
+    for step_name, command, step in steps:
         with warnings.catch_warnings():
             # The parts of this board are not confirmed yet.
             warnings.simplefilter("ignore", torsio.HeldLowWarning)
             warnings.simplefilter("ignore", torsio.SceneWarning)
             text, finding = step(bench)
-        seen = Seen(name, command.format(supply_v=bench.knob.number("supply_v")), text, finding)
+        values = {name: value.value for name, value in bench.knob.values.items()}
+        seen = Seen(step_name, command.format(**values), text, finding)
         tell(seen)
         if finding:
             break

@@ -33,12 +33,12 @@ from torsio.calibration.left_out import (
 from torsio.calibration.play import Player, Run
 from torsio.calibration.proposal import Calibration, put_together
 from torsio.calibration.quantity import Quantity, Refusal
-from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
+from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push, pull_of
 from torsio.common import checks
 from torsio.common.emulated import moves_parts
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob, need_knob
-from torsio.printed.config import ActuatorConfig
+from torsio.printed.config import ActuatorConfig, ControlConfig
 
 __all__ = ["STEPS", "calibrate"]
 
@@ -50,6 +50,10 @@ _PLAUSIBLE = 5.0
 # Share of a wave of the cogging beyond which the slow turns do not tell its size.
 _SEEN_THROUGH_SHAFT = 0.6
 _LEAST_WAVE_NM = 2e-4  # smaller ones may be noise, and widen the intervals alone
+# Share of the brake's torque that calibration uses.
+_BRAKE_SHARE = 0.95
+# Reasons that too small a torque may give.
+_OF_WEAKNESS = ("still", "inertia", "rigid")
 
 
 def calibrate(
@@ -98,13 +102,16 @@ def calibrate(
     plan = _Plan(
         actuator=actuator,
         motor_nm=min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm),
-        brake_nm=0.95 * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm),
+        brake_nm=_BRAKE_SHARE * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm),
         demagnetised=knob.board_config().brake_inductance_h > 0.0,
         quick=quick,
         supply_v=supply_v,
     )
-    with Player.playing(knob) as player:
-        measured = _measure(knob, player, plan, progress or (lambda _: None))
+    try:
+        with Player.playing(knob) as player:
+            measured = _measure(knob, player, plan, progress or (lambda _: None))
+    except Refusal as error:
+        raise _with_cap(error, plan, control) from None
     found = _with_doubts(measured, plan, player.drive)
     return put_together(
         knob, actuator, measured.parts, found, measured.circuit, measured.seconds, ambient_c
@@ -150,6 +157,24 @@ class _Plan:
     def slow_s(self) -> float:
         """Duration of the slow turns."""
         return 0.8 if self.quick else SLOW_S
+
+
+def _with_cap(error: Refusal, plan: _Plan, control: ControlConfig) -> Refusal:
+    """Name the cap that kept the torque small, where that may be why; else give the refusal."""
+    most = plan.actuator
+    most_pull_nm = pull_of(plan.motor_nm, _BRAKE_SHARE * most.brake_torque_max_nm)
+    capped = plan.motor_nm < most.motor_torque_max_nm
+    name, cap_nm, max_nm = "motor_torque_cap_nm", plan.motor_nm, most.motor_torque_max_nm
+    if error.reason == "rigid" and pull_of(plan.motor_nm, plan.brake_nm) < most_pull_nm:
+        capped, name = True, "brake_torque_cap_nm"
+        cap_nm, max_nm = control.brake_torque_cap_nm, most.brake_torque_max_nm
+    if error.reason not in _OF_WEAKNESS or not capped:
+        return error
+    sentence = (
+        f"{name} is {cap_nm:g}, of {max_nm:g}: raise it step by step, and calibrate again. "
+        f"Otherwise {str(error).removeprefix(f'{error.step}: ')}"
+    )
+    return Refusal(error.step, "limited", sentence, **error.facts)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 from torsio.calibration.swing import estimate_swing, swing_rad_s
 
-__all__ = ["Shaft", "estimate_shaft", "hold_and_push"]
+__all__ = ["Shaft", "estimate_shaft", "hold_and_push", "pull_of"]
 
 _STEP = "shaft"
 _SETTLE_S, _SWEEP_S, _SWEEPS = 0.8, 0.9, 4
@@ -61,6 +61,11 @@ class Shaft:
     fits: tuple[Fit, ...]
 
 
+def pull_of(motor_nm: float, brake_nm: float) -> float:
+    """Give the torque in N m that pulls at a brake which holds so much."""
+    return min(0.9 * motor_nm, 0.8 * brake_nm)
+
+
 def hold_and_push(
     player: Player,
     *,
@@ -79,7 +84,7 @@ def hold_and_push(
     Refusal
         "does_not_hold", or why the device disarmed.
     """
-    pull_nm = min(0.9 * motor_nm, 0.8 * brake_nm)
+    pull_nm = pull_of(motor_nm, brake_nm)
     sweeps = [
         (
             _SWEEP_S,
