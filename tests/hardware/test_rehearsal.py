@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import _torsio, protocol
-from torsio_hardware import faults, rehearsal
+from torsio_hardware import faults, rehearsal, rehearsing
 from torsio_hardware.knob import DEFAULT, Knob, Value, load
 from torsio_hardware.rehearsing import app, served
 
@@ -122,6 +123,22 @@ def test_command_names_a_fault_and_tells_which_was_built_in() -> None:
     assert "no fault 'gremlins'" in unknown.output
     assert "error: gone.toml: No such file" in CliRunner().invoke(app, ["gone.toml"]).output
     assert json.loads(json.dumps(load().expected()))
+
+
+@pytest.mark.parametrize("missing", ["torsio.studio.server", "the built page"])
+def test_page_that_cannot_be_served_is_refused_with_all_that_it_needs(
+    missing: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unbuilt() -> Path:
+        raise torsio.Error("the studio's page is not built")
+
+    monkeypatch.setattr(rehearsing, "page_folder", unbuilt)
+    if missing != "the built page":
+        monkeypatch.setitem(sys.modules, missing, None)
+    result = CliRunner().invoke(app, ["--page"])
+    assert result.exit_code == 1
+    for needed in ("pip install", "./dev studio", f"missing now: {missing}"):
+        assert needed in " ".join(result.output.split())
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 import torsio
-from torsio.common.extras import lacking
+from torsio.common.extras import how_to_install, lacking
 from torsio.studio.page import page_folder
 from torsio_hardware import faults, rehearsal
 from torsio_hardware.cli import File, fail, tell
@@ -49,14 +49,28 @@ def served(knob: Knob, fault: faults.Fault, seed: int | None) -> Any:
     )
 
 
+def _page() -> Path:
+    """Return the built page; raise `ValueError` that says all that serving it needs."""
+    try:
+        importlib.import_module("torsio.studio.server")
+        return page_folder()
+    except (ModuleNotFoundError, torsio.Error) as error:
+        missing = error.name if isinstance(error, ModuleNotFoundError) else "the built page"
+        raise ValueError(
+            f"--page needs {how_to_install('studio')}, and then once ./dev studio in the clone, "
+            f"which builds the page (Ctrl-C ends it); missing now: {missing}"
+        ) from None
+
+
 def _serve(knob: Knob, fault: faults.Fault, seed: int | None) -> None:
     """Serve the page until Ctrl-C, and say what a meter shows: the page cannot."""
+    page = _page()
     world = served(knob, fault, seed)
     from torsio.studio.server import serve
 
     volts = {"bridges": world.options.plant.electrics.supply_v, rehearsal.RESET: 0.0, **fault.meter}
     tell(*(f"meter   {value:.1f} V at {point}" for point, value in volts.items()))
-    serve("emulated", page_folder(), 0, lambda address: tell(f"studio  {address}"), world)
+    serve("emulated", page, 0, lambda address: tell(f"studio  {address}"), world)
 
 
 def _go_through(knob: Knob, fault: faults.Fault, seed: int | None, *, chip: bool) -> bool:
