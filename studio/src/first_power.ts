@@ -58,8 +58,9 @@ function steps(travel: Travel): Step[] {
   return [
     {
       title: "Link",
-      text: "Connect USB only, no supply. The light goes on and off once a second. If the emergency stop's contact " +
-        "is open, the light flickers and there is a fault. Both are right.",
+      text: "Without any power, measure from the enable line and from each bridge input to ground: 4 to 5 kilohm. " +
+        "More: its pull-down is missing. Then connect USB only, no supply. The light goes on and off once a " +
+        "second. If the emergency stop's contact is open, the light flickers and there is a fault. Both are right.",
       look: ({ state }) => ["disarmed", "armed", "fault"].includes(state),
     },
     {

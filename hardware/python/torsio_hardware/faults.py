@@ -23,7 +23,7 @@ class Fault:
     finding: str  # that names it: of a step of first power, of `doctor`, or of `calibrate`
     change: Callable[[PlantParams], PlantParams] = lambda plant: plant
     happen: Callable[[Any], object] = lambda world: None  # to the world round the open knob
-    meter: dict[str, float] = field(default_factory=dict)  # wrong volts by the point
+    meter: dict[str, float] = field(default_factory=dict)  # wrong kilohms by the place
     reversed_encoder: bool = False  # A and B are swapped
     also: tuple[str, ...] = ()  # other findings that it may show itself by
 
@@ -69,8 +69,8 @@ FAULTS = (
           _electrics(supply_v=2.0)),
     Fault("supply_off", "the supply's fuse is blown", "doctor:supply",
           _electrics(supply_v=1e-3)),
-    Fault("pull_down_missing", "the pull-down of the enable line is missing", "supply:pull_down",
-          meter={"enable, board held in reset": 1.6}),
+    Fault("pull_down_missing", "the pull-down of the enable line is missing", "link:pull_down",
+          meter={"enable line to ground, no power": 50.0}),
     Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",
           happen=lambda world: world.set_current_sensor("dead")),
     Fault("sensor_stuck", "the motor's current does not pass through the sensor",

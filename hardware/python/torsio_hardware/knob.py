@@ -177,6 +177,7 @@ class Knob:
         coil_v /= self.number("brake_torque_constant_nm_per_a")
         return [
             ("link", "the light goes on", (0.9, 1.1), "1/s"),
+            ("link", "enable and bridge inputs to ground, no power", (4.0, 5.0), "kohm"),
             ("encoder", "counts of one turn", (0.998 * counts, 1.002 * counts), "counts"),
             ("supply", "at the bridges", values["supply_v"].band(), "V"),
             ("supply", "enable and bridge inputs, disarmed", (0.0, 0.3), "V"),

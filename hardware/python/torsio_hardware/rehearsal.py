@@ -17,7 +17,9 @@ from torsio.printed.hands import NoHand, PrescribedMotion
 from torsio_hardware.faults import FAULTS, Fault
 from torsio_hardware.knob import RATES_HZ, Knob
 
-RESET = "enable, board held in reset"
+# A meter's ohms show a missing pull-down: volts do not, for chips have weak ones of their own.
+PULL_DOWN = "enable line to ground, no power"
+PULL_DOWN_KOHM = 4.3  # 4.7, beside 100 of each bridge
 _SETTLE_S = 0.3  # the board learns its sensor's zero
 _CAPS: dict[str, Any] = {
     "motor_torque_cap_nm": 0.015,
@@ -108,9 +110,10 @@ def _turn(bench: Bench) -> Shown:
 
 def _meter(bench: Bench) -> Shown:
     """Measure with a meter what the firmware cannot see."""
-    shown = bench.fault.meter.get(RESET, 0.0)
-    text = f"enable line with the board held in reset: {shown:.1f} V, expected 0 to 0.3 V"
-    return text, "supply:pull_down" if shown > 0.3 else ""
+    kohm = bench.fault.meter.get(PULL_DOWN, PULL_DOWN_KOHM)
+    low, high = next(row[2] for row in bench.knob.expected() if "no power" in row[1])
+    text = f"{PULL_DOWN}: {kohm:.1f} kilohm, expected {low:g} to {high:g}"
+    return text, "" if low <= kohm <= high else "link:pull_down"
 
 
 def _doctor(bench: Bench) -> Shown:
@@ -244,9 +247,9 @@ def _calibrate(bench: Bench) -> Shown:
 
 
 STEPS: tuple[tuple[str, str, Callable[[Bench], Shown]], ...] = (
+    ("link", "meter", _meter),
     ("link", "torsio config load settings.json", _apply),
     ("encoder", "torsio monitor", _turn),
-    ("supply", "meter", _meter),
     ("doctor", "torsio doctor", _doctor),
     ("stop", "torsio monitor", _stop),
     ("motor", "torsio studio", _push),

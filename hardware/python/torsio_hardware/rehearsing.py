@@ -68,8 +68,9 @@ def _serve(knob: Knob, fault: faults.Fault, seed: int | None) -> None:
     world = served(knob, fault, seed)
     from torsio.studio.server import serve
 
-    volts = {"bridges": world.options.plant.electrics.supply_v, rehearsal.RESET: 0.0, **fault.meter}
-    tell(*(f"meter   {value:.1f} V at {point}" for point, value in volts.items()))
+    kohm = fault.meter.get(rehearsal.PULL_DOWN, rehearsal.PULL_DOWN_KOHM)
+    tell(f"meter   {kohm:.1f} kilohm from {rehearsal.PULL_DOWN}")
+    tell(f"meter   {world.options.plant.electrics.supply_v:.1f} V at bridges")
     serve("emulated", page, 0, lambda address: tell(f"studio  {address}"), world)
 
 
