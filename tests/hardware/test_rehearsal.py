@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import time
 from dataclasses import replace
@@ -62,6 +63,27 @@ def test_knob_with_another_encoder_is_expected_to_count_its_lines(knob: Knob) ->
     bands = {step: band for step, _, band, _ in other.expected()}
     assert bands["encoder"] == pytest.approx((3992.0, 4008.0))
     assert rehearse(other, "motor_swapped").step == "motor"  # past the encoder's
+
+
+def test_soft_spring_is_kept_within_a_prints_band_and_wrong_below_it(knob: Knob) -> None:
+    fault = faults.named("spring_soft")
+    # A bent wall is as stiff as the cube of its thickness, and walls are 0.9 mm.
+    (thinner_mm,) = map(float, re.findall(r"([\d.]+) mm", fault.words))
+    wall_mm = 1e3 * knob.spring.flexure.thickness_m
+    softer = ((wall_mm - thinner_mm) / wall_mm) ** 3
+    assert softer == pytest.approx(0.75, abs=0.01)
+    whole, soft = knob.plant(6), fault.change(knob.plant(6))
+    ratio = soft.shaft_stiffness_nm_per_rad / whole.shaft_stiffness_nm_per_rad
+    assert ratio == pytest.approx(softer, abs=0.01)
+    kept = CliRunner().invoke(app, ["--fault", "spring_soft"])
+    assert "\noff    calibrate " in kept.output
+    assert "keep what is proposed" in kept.output
+    assert "WRONG" not in kept.output
+    below = CliRunner().invoke(app, ["--blind", "6", "--reveal"])
+    assert "\nWRONG  calibrate " in below.output
+    assert "-47 % from the file's" in below.output
+    assert fault.words in below.output
+    assert "this print's spring has 2.0" in below.output
 
 
 def test_plants_that_are_drawn_lie_within_what_the_file_says(knob: Knob) -> None:

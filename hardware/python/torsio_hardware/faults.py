@@ -89,8 +89,8 @@ FAULTS = (
           _plant(belt=Belt(stiffness_nm_per_rad=1.5))),
     Fault("hub_slips", "the spring's hub slips on the shaft at 30 mN m", "calibrate:does_not_hold",
           _electrics(coil_torque_constant_nm_per_a=0.25)),
-    Fault("spring_soft", "the spring is printed 25 % too soft", "calibrate:spring_off", _soften,
-          also=("calibrate:shaft_soft",)),
+    Fault("spring_soft", "the spring's walls are 0.08 mm too thin: 25 % softer",
+          "calibrate:spring_off", _soften, also=("calibrate:shaft_soft",)),
     Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "motor:still",
           _plant(knob_coulomb_nm=40e-3), also=("calibrate:drag",)),
 )  # fmt: skip

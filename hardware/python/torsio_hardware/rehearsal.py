@@ -20,6 +20,7 @@ from torsio_hardware.knob import RATES_HZ, Knob
 # A meter's ohms show a missing pull-down: volts do not, for chips have weak ones of their own.
 PULL_DOWN = "enable line to ground, no power"
 PULL_DOWN_KOHM = 4.3  # 4.7, beside 100 of each bridge
+KEEP = "calibrate:spring_off"  # within a print's band: the one finding that is no fault
 _SETTLE_S = 0.3  # the board learns its sensor's zero
 _CAPS: dict[str, Any] = {
     "motor_torque_cap_nm": 0.015,
@@ -238,12 +239,14 @@ def _calibrate(bench: Bench) -> Shown:
     low, high = bands["stiffness_nm_per_rad"]
     off = stiffness / knob.number("spring_stiffness_nm_per_rad") - 1
     text = (
-        f"shaft {stiffness:.3f} N m/rad, {100 * off:+.0f} % of the file's; a "
+        f"shaft {stiffness:.3f} N m/rad, {100 * off:+.0f} % from the file's; a "
         f"print may have {low:.2f} to {high:.2f}"
     )
     if stiffness < low:
         return text, "calibrate:shaft_soft"
-    return text, "calibrate:spring_off" if abs(off) > 0.1 else ""
+    if abs(off) > 0.1:
+        return f"{text}: keep what is proposed", KEEP
+    return text, ""
 
 
 STEPS: tuple[tuple[str, str, Callable[[Bench], Shown]], ...] = (

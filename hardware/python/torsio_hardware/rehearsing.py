@@ -78,7 +78,7 @@ def _go_through(knob: Knob, fault: faults.Fault, seed: int | None, *, chip: bool
     """Take all steps, and say what they show; True if something is wrong."""
 
     def told(seen: rehearsal.Seen) -> None:
-        mark = "WRONG" if seen.finding else "ok"
+        mark = {"": "ok", rehearsal.KEEP: "off"}.get(seen.finding, "WRONG")
         tell(f"{mark:6} {seen.step:10} $ {seen.command}", f"{'':18}{seen.text}")
 
     with (_on_chip if chip else rehearsal.emulated)(knob, fault, seed) as bench:
@@ -126,5 +126,8 @@ def rehearse(
         raise fail(error) from None
     if reveal:
         tell(f"built in {chosen.words}")
+        if blind is not None:
+            print_nm_per_rad = knob.plant(blind).shaft_stiffness_nm_per_rad
+            tell(f"         beside it this print's spring has {print_nm_per_rad:.3f} N m/rad")
     if found:
         raise typer.Exit(1)
