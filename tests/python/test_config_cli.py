@@ -69,6 +69,33 @@ def test_what_an_emulated_knob_forgets_is_said(tmp_path: Path, command: str) -> 
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        *("config set beta=0.5", "config load {knob}", "zero", "zero --keep", "calibrate --save"),
+        *("games set --gain 0.5", "games profile load rally"),
+    ],
+)
+def test_without_a_knob_what_it_would_keep_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    kept = tmp_path / "torsio/games/rally.json"
+    kept.parent.mkdir(parents=True)
+    for file in (tmp_path / "knob.json", kept):
+        file.write_text("{}")
+    opened: list[str] = []
+    monkeypatch.setattr(torsio, "open", lambda selector, **_: opened.append(selector))
+    words = command.format(knob=tmp_path / "knob.json").split()
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 1
+    said = " ".join((result.output + str(result.stderr)).split())
+    assert "no knob is plugged in, so nothing was changed" in said
+    assert "./dev udev" in said
+    assert "--device emulated" in said
+    assert opened == []
+
+
+@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["set", "beta"], "NAME=VALUE"),

@@ -197,7 +197,7 @@ def calibrate_command(
     and, with --quick, nothing has drifted.
     """
     say = err if as_json else out
-    with opened(device, say) as knob:
+    with opened(device, say, changes=keep) as knob:
         measured = calibrate.measure(
             knob, say, quick=quick, ambient_c=ambient_c, supply_v=supply_v, picture=picture
         )

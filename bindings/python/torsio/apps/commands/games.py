@@ -212,7 +212,7 @@ def games_set_command(device: str = "", **settings: Any) -> None:
     changes = {name: value for name, value in settings.items() if value is not None}
     if not changes:
         raise typer.BadParameter("name at least one setting; see torsio games set --help")
-    with opened(device, out) as knob:
+    with opened(device, out, changes=True) as knob:
         config = change(knob, changes)
     for name in changes:
         out.print(f"{name}  {value_text(name, getattr(config, name))}")
@@ -265,7 +265,7 @@ def profile_load_command(name: ProfileName, device: Device = "") -> None:
     except FileNotFoundError:
         names = ", ".join(sorted(file.stem for file in path.parent.glob("*.json"))) or "none yet"
         raise InvalidArgument(f"no profile {name!r}; there are: {names}") from None
-    with opened(device, err) as knob:
+    with opened(device, err, changes=True) as knob:
         try:
             load_config(knob, text)
         except InvalidArgument as error:

@@ -68,7 +68,8 @@ def zero_command(
     ] = False,
 ) -> None:
     """Make the knob's present angle zero."""
-    with opened(device, out, order=_keep_centre if keep else torsio.Knob.zero):
+    order = _keep_centre if keep else torsio.Knob.zero
+    with opened(device, out, order=order, changes=True):
         pass
 
 

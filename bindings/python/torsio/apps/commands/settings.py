@@ -58,7 +58,7 @@ def config_set_command(
     for name, equals, _ in pairs:
         if not equals:
             raise InvalidArgument(f"{name!r} is not of the form NAME=VALUE")
-    with opened(device, err) as knob:
+    with opened(device, err, changes=True) as knob:
         now = _fields(knob, [name for name, _, _ in pairs])
         changes: dict[str, dict[str, Any]] = {}
         for name, _, text in pairs:
@@ -80,7 +80,7 @@ def config_load_command(
 ) -> None:
     """Set the values of a file from `dump`, all or nothing, and keep them on the knob."""
     text = text_of(file)
-    with opened(device, err) as knob:
+    with opened(device, err, changes=True) as knob:
         try:
             load_config(knob, text)
         except InvalidArgument as error:

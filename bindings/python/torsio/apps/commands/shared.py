@@ -40,7 +40,7 @@ Device = Annotated[
         "--device",
         metavar="DEVICE",
         help="Path, serial number, or 'emulated'; see `torsio list`. Default: the knob "
-        "that is plugged in, or the emulated one if none is.",
+        "that is plugged in, or the emulated one if none is and the command changes nothing kept.",
         show_default=False,
     ),
 ]
@@ -98,12 +98,20 @@ def opened(
     say: Console,
     emulator: torsio.EmulatorOptions | None = None,
     order: Callable[[torsio.Knob], object] | None = None,
+    *,
+    changes: bool = False,
 ) -> Iterator[torsio.Knob]:
     """Open a device, give it an order, say which one it is, and close it.
 
-    The order comes first: the screen may fail.
+    The order comes first: the screen may fail. A command that `changes` what a knob keeps takes the
+    emulated one only by its name: it forgets all at the end, and somebody meant a real one.
     """
     selector = choose(device)
+    if changes and selector != device:
+        raise torsio.DeviceNotFound(
+            "no knob is plugged in, so nothing was changed. ./dev udev in the clone gives "
+            "permission for one; --device emulated tries the command on an emulated knob"
+        )
     options = emulator if selects_emulated(selector) else None
     is_open = False
     try:
