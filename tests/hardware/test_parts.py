@@ -139,6 +139,16 @@ def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:
     for (step, *found), (of, name, band, _) in zip(rows, knob.expected(), strict=True):
         assert step.lower() == of.lower()
         assert tuple(map(float, found)) == pytest.approx(band, rel=5e-3, abs=1e-9), name
+    # What is out of its band has a row with likely causes.
+    causes = page[page.index("| out of its band |") :]
+    named = [
+        name
+        for cell in re.findall(r"^\| ([^|]+) \| .* \|$", causes, re.M)
+        for name in cell.split(", ")
+    ]
+    figures = re.findall(r"^\| \w+ \| (.*) \| \S+ to \S+ \|$", page, re.M)
+    assert len(figures) == len(rows)
+    assert [of for of in figures if not any(of.startswith(name) for name in named)] == []
     low, high = parts.total_eur(parts.load())
     assert f"{round(low, -1):.0f} to {round(high, -1):,.0f} EUR" in page
     manifest = (TREE / "hardware/okh.toml").read_text(encoding="utf-8")
