@@ -28,7 +28,7 @@ from torsio.telemetry import FLAG_STATE_MASK, TRUTH_DTYPE, Record
 
 __all__ = ["Expected", "Faults", "HoldingHand", "assert_felt", "felt_nm", "virtual_time"]
 
-_ARMED = 1  # of the two bits of the state
+_ARMED, _FAULT = 1, 2  # of the two bits of the state
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Expected: TypeAlias = float | npt.ArrayLike | Callable[[Floats], npt.ArrayLike]
@@ -148,6 +148,8 @@ def _without_torque(log: Record) -> str:
     names = log.dtype.names or ()
     if "flags" not in names or (log["flags"] & FLAG_STATE_MASK == _ARMED).any():
         return ""
+    if (log["flags"] & FLAG_STATE_MASK == _FAULT).any():
+        return "; a fault kept the torque off: knob.faults() names it"
     return "; the knob was disarmed throughout: arm() turns the torque on"
 
 
