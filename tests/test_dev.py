@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tools import windows
-from tools.dev import building, cli, commands, groups
+from tools.dev import building, cli, commands, groups, running
 
 TREE = Path(__file__).parent.parent
 
@@ -125,6 +125,12 @@ def test_words_behind_test_choose_groups_and_what_is_built(
     plan = groups.plan(words.split())
     assert " ".join(plan.groups) == chosen
     assert " ".join(sorted(plan.needs)) == needs
+
+
+@pytest.mark.parametrize("words", ["all slow", "kernels games"])
+def test_group_that_leaves_out_tests_of_others_is_refused_beside_them(words: str) -> None:
+    with pytest.raises(running.UsageError, match="leaves out tests of other groups; run it alone"):
+        groups.plan(words.split())
 
 
 def test_part_of_a_group_that_passed_says_nothing_of_the_group(stamps: Path) -> None:

@@ -19,7 +19,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tools.dev import building
-from tools.dev.running import BUILD, TREE, stamp_is, stamped
+from tools.dev.running import BUILD, TREE, UsageError, stamp_is, stamped
 from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 # Tells the tests' conftest.py which groups run, and with which digests.
@@ -469,6 +469,9 @@ def plan(words: Sequence[str]) -> Plan:
     while rest and rest[0] in (*GROUPS, "all"):
         word = rest.pop(0)
         names += EVERY_CHANGE if word == "all" else [word]
+    alone = [name for name in dict.fromkeys(names) if name in ("slow", "games")]
+    if alone and len(set(names)) > 1:
+        raise UsageError(f"'{alone[0]}' leaves out tests of other groups; run it alone")
     paths = _paths(rest)
     if paths:
         found = [name for path in paths for name in _of_path(path)]
