@@ -67,7 +67,10 @@ let judge: Promise<EmulatedDevice> | undefined;
 /** Says so if the knob may swing in what it plays. */
 async function warnOfSwings(knob: Knob): Promise<void> {
   judge ??= compiled(new URL("knob.wasm", location.href)).then((module) => EmulatedDevice.load(module));
-  const warning = (await judge).swingWarning(await knob.judged(), knob.identity.controlPeriodNs);
+  // `./dev demo` makes the page without the module.
+  const device = await judge.catch(() => undefined);
+  if (!device) return;
+  const warning = device.swingWarning(await knob.judged(), knob.identity.controlPeriodNs);
   if (warning) say(warning);
 }
 

@@ -118,6 +118,22 @@ def test_mouse_turns_the_knob_that_the_command_holds(browser: Browser, address: 
         state_is(page, "disarmed")
 
 
+def test_page_without_the_emulated_device_says_no_word_about_it(
+    browser: Browser, address: str
+) -> None:
+    with opened(browser, "about:blank") as page:
+        page.route("**/knob.wasm", lambda route: route.fulfill(status=404))
+        with page.expect_response("**/knob.wasm"):
+            page.goto(address)
+        state_is(page, "disarmed")
+        be_patient(page)
+        page.click("#hint-arm")
+        state_is(page, "armed")
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        expect(page.locator("#message")).to_be_hidden()
+
+
 def test_page_says_why_the_torque_went(browser: Browser, address: str) -> None:
     """The device's words are put in between: no test can starve a page in good order."""
     page_of: list[WebSocketRoute] = []
