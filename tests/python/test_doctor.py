@@ -406,6 +406,7 @@ def test_command_without_a_knob_says_so_and_examines_the_emulated_one(
     assert "no Torsio knob" in report["findings"][0]["text"]
     assert "another port" in report["findings"][0]["advice"]
     assert report["findings"][0]["links"]
+    assert report["findings"][0]["ok"]
     assert result.exit_code == (0 if all(each["ok"] for each in report["findings"]) else 1)
 
 

@@ -365,6 +365,13 @@ def test_assert_felt_that_fails_names_arm_and_shows_no_source_of_the_library(
     assert "def assert_felt" not in shown
 
 
+def test_assert_felt_names_a_fault_that_kept_the_torque_off() -> None:
+    log = log_of([0.1, 0.2], 0.0, 0.0)
+    log["flags"] = 2  # in fault
+    with pytest.raises(AssertionError, match=r"kept the torque off: knob.faults\(\) names it"):
+        testing.assert_felt(log, -0.03)
+
+
 def test_recording_of_a_closed_knob_goes_into_the_cache(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         "def test_it(torsio_knob):\n torsio_knob.sleep(0.1)\n torsio_knob.close()\n assert False"
