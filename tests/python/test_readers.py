@@ -65,7 +65,7 @@ def configuration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
     knob, path = torsio.open("emulated"), folder / "knob.json"
 
     @contextmanager
-    def opened(*_: object) -> Iterator[torsio.Knob]:
+    def opened(*_: object, changes: bool) -> Iterator[torsio.Knob]:
         yield knob
 
     def read() -> None:
