@@ -165,3 +165,12 @@ def test_ledger_counts_torques_in_the_unit_that_the_page_is_told() -> None:
     found = re.search(r"kLedgerTorquesPerNm = (\w+)F;", header)
     assert found is not None
     assert 1.0 / float.fromhex(found[1]) == constants.LEDGER_TORQUE_NM
+
+
+def test_fields_that_act_on_motion_have_the_names_that_the_warning_of_swings_looks_for() -> None:
+    """Others would be judged at one frequency only; see sdk/conversion/swings.cpp."""
+    local_models = (of for of in reports.ALL_REPORTS if of.name == "LocalModel")
+    for effect in (*effects.EFFECTS, *local_models):
+        for field in effect.fields:
+            acts_on_motion = field.unit.startswith("N m s") or "kg" in field.unit
+            assert field.name.endswith(("_s_per_rad", "_kg_m2")) == acts_on_motion, field.name
