@@ -40,6 +40,18 @@ def test_program_that_is_over_cannot_be_stopped_and_says_so() -> None:
                 stop(process.pid, 0.0)
 
 
+def test_thread_that_has_gone_leaves_the_others_running(monkeypatch: pytest.MonkeyPatch) -> None:
+    with subprocess.Popen(["sleep", "0.1"]) as process:
+        threads = [str(process.pid), str(2**22)]  # more than Linux gives
+        monkeypatch.setattr(os, "listdir", lambda _: threads)
+        try:
+            with pytest.raises(determinism.OverTooSoon, match="attached"):
+                determinism.stop_by_debugger(process.pid, 0.0)
+            assert process.wait(timeout=60) == 0
+        finally:
+            process.kill()
+
+
 def test_other_lives_come_to_another_number() -> None:
     optimised = str(program("release"))
     numbers = {

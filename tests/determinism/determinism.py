@@ -119,16 +119,20 @@ def stop_by_debugger(process: int, seconds: float) -> None:
     attach, detach, all_children = 16, 17, 0x40000000  # numbers of ptrace(2) and wait(2)
     ptrace = ctypes.CDLL(None, use_errno=True).ptrace
     ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
-    threads = []
-    for thread in map(int, os.listdir(f"/proc/{process}/task")):
-        if ptrace(attach, thread, None, None) != 0:
-            why = os.strerror(ctypes.get_errno())
-            raise OverTooSoon(f"thread {thread} of the program cannot be attached to: {why}")
-        os.waitpid(thread, all_children)
-        threads.append(thread)
-    time.sleep(seconds)
-    for thread in threads:
-        ptrace(detach, thread, None, None)
+    threads: list[int] = []
+    try:
+        for thread in map(int, os.listdir(f"/proc/{process}/task")):
+            if ptrace(attach, thread, None, None) != 0:
+                why = os.strerror(ctypes.get_errno())
+                raise OverTooSoon(f"thread {thread} of the program cannot be attached to: {why}")
+            os.waitpid(thread, all_children)
+            threads.append(thread)
+        time.sleep(seconds)
+    finally:
+        for thread in threads:
+            ptrace(detach, thread, None, None)
+        # The signal that stops one may be left over: a program that has just begun stops for that.
+        os.kill(process, signal.SIGCONT)
 
 
 @dataclass(frozen=True)
