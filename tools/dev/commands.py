@@ -135,13 +135,14 @@ def _build_tests(plan: groups.Plan) -> None:
     wanted = [name for need in _PACKAGES if need in needs for name in _PACKAGES[need]]
     coming = environment.begin("tests", "game", *wanted)
     sources.require()
-    for preset in ("release", "asan-ubsan"):
-        if preset in needs:
-            building.build_preset(preset, sources.tinyusb)
+    if "release" in needs:
+        building.build_preset("release", sources.tinyusb)
     coming.finish()
     beside: list[Future[Any]] = []
     beside += [building.begin_npm("tests/board")] if "firmware" in needs else []
     beside += [building.begin_studio()] if "page" in needs else []
+    if "asan-ubsan" in needs:
+        building.build_preset("asan-ubsan", sources.tinyusb)
     if "tsan" in needs:
         building.build_preset("tsan", sources.tinyusb)
     building.build_python(building.TORSIO, sources.tinyusb)
