@@ -6,10 +6,12 @@ import re
 from pathlib import Path
 
 import pytest
+from rich.table import Table
 
 from tests.bench import tables
 
 NOTE = re.compile(r"Revision [0-9a-f]{8}, \d+ \w+ \d{4}, .+ with \d+ processors(, GCC [\d.]+)?\.")
+STUDIES = sorted(tables.PAGE.parent.glob("results/*.md"))
 PAGE = tables.PAGE.read_text(encoding="utf-8")
 BRAKE = {
     "law": "paper", "coil": "voltage alone", "torque_gap_nm": 13.24e-3, "exit_error": 0.0604,
@@ -66,8 +68,34 @@ def test_every_table_says_when_and_where_it_was_measured_and_by_which_command() 
                     assert NOTE.fullmatch(lines[number - 3]), head
 
 
-@pytest.mark.parametrize("page", sorted(tables.PAGE.parent.glob("studies/*.md")))
-def test_every_study_says_which_revision_and_machine_its_figures_are_of(page: Path) -> None:
+@pytest.mark.parametrize("page", STUDIES, ids=lambda page: page.stem)
+def test_every_study_says_of_each_table_which_revision_and_machine_measured(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert re.search(r"^    torsio study ", text, re.M)
-    assert re.search(r"revision [0-9a-f]{8}, \d+ \w+ \d{4}, on an? .+ with \d+ processors\.", text)
+    marks = re.findall(r"<!-- begin: (.+) -->", text)
+    assert len(set(marks)) == len(marks) > 0
+    for mark in marks:
+        assert NOTE.fullmatch(_table(text, mark).splitlines()[0]), mark
+
+
+def test_no_other_page_says_which_machine_measured() -> None:
+    for page in (tables.TREE / "docs").rglob("*.md"):
+        if page not in (tables.PAGE, *STUDIES):
+            assert not re.search(r"Revision [0-9a-f]{8}|\d processors", page.read_text("utf-8")), (
+                page
+            )
+
+
+def test_tables_that_a_study_shows_take_the_places_of_its_page() -> None:
+    shown = tables.Shown()
+    for title in ("one", "two"):
+        small = Table("case", "here", title=title)
+        small.columns[1].justify = "right"
+        small.add_row("[bold]a|b[/bold]", "1\n%")
+        shown.print(small, "words")
+    page = "<!-- begin: torsio study a 1 -->\nold\n<!-- end: torsio study a 1 -->\n"
+    assert tables.put_shown(page, "a", shown, "Revision 1.").splitlines()[1:-1] == [
+        "Revision 1.", "", "| of what | case | here |", "|---|---|--:|",
+        "| one | a\\|b | 1, % |", "| two | a\\|b | 1, % |",
+    ]  # fmt: skip
+    assert tables.put_shown(page, "b", shown, "Revision 1.") == page

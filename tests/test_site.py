@@ -37,7 +37,7 @@ def test_every_document_has_its_place_in_the_lists(source: Path) -> None:
     }
     assert documents - listed == {"README"}
     assert list(site.lists()) == [
-        *("Start", "Tutorials", "How-to guides", "Reference", "Explanation", "Studies", "Plans")
+        *("Start", "Tutorials", "How-to guides", "Reference", "Explanation", "Results", "Plans")
     ]
 
 

@@ -41,8 +41,8 @@ def _told_apart(scenario: Scenario, kind: str) -> list[float]:
 
 
 def _told_of_binary(pattern: str) -> list[float]:
-    """The same of the table in docs/studies/paper.md, which has the binaries in columns."""
-    return _cells("studies/paper.md", pattern)[["pico2", "pico"].index(pico.chosen.name)]
+    """The same of the table in docs/results/paper.md, which has the binaries in columns."""
+    return _cells("results/paper.md", pattern)[["pico2", "pico"].index(pico.chosen.name)]
 
 
 def _check_push(found: dict[str, Any], kind: str) -> None:

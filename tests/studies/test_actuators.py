@@ -378,7 +378,7 @@ def test_study_writes_the_documented_keys_and_readable_pictures(tmp_path: Path) 
     outcomes = {row["actuator"]: row["outcome"] for row in results["rows"]}
     assert outcomes["parallel_torque_sensor"] == "held by friction"
     assert Counter(outcomes.values()) == {"leaves": 9, "stays": 3, "held by friction": 1}
-    page = (Path(__file__).parents[2] / "docs" / "studies" / "actuators.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "results" / "actuators.md").read_text()
     assert [key for key in results["parts"] if f"`{key}`" not in page] == []
     assert len(results["figures"]) == 3
     for name in results["figures"]:

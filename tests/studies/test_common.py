@@ -77,7 +77,7 @@ def test_an_unknown_study_is_an_error_that_lists_those_there_are() -> None:
 def test_every_study_has_its_command_and_its_page() -> None:
     listed = CliRunner().invoke(app, ["study", "--help"])
     assert listed.exit_code == 0
-    pages = Path(__file__).parents[2] / "docs" / "studies"
+    pages = Path(__file__).parents[2] / "docs" / "results"
     for name in STUDIES:
         assert name in listed.output
         assert (pages / f"{name}.md").exists()

@@ -47,7 +47,7 @@ def test_study_goes_on_from_its_results_and_writes_the_documented_keys(tmp_path:
         results = execute("falsify", json_file=tmp_path / "f.json", out=tmp_path, settings=settings)
         assert results["tries"] == 64
         assert results["searches"] == 2
-    page = (Path(__file__).parents[2] / "docs" / "studies" / "falsify.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "results" / "falsify.md").read_text()
     written = json.loads((tmp_path / "f.json").read_text())
     assert [key for key in written["worst"][0] if f"`{key}`" not in page] == []
     with pytest.raises(StudyError, match="other settings"):

@@ -68,7 +68,7 @@ def test_fit_finds_a_sine_that_is_there() -> None:
 def test_study_writes_the_documented_keys_and_a_picture(tmp_path: Path) -> None:
     execute("impact", json_file=tmp_path / "i.json", out=tmp_path, quick=True)
     results = json.loads((tmp_path / "i.json").read_text())
-    page = (Path(__file__).parents[2] / "docs" / "studies" / "impact.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "results" / "impact.md").read_text()
     assert [
         key for key in results["rows"][0] if f"`{key}`" not in page.replace("rows[].", "")
     ] == []

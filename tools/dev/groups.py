@@ -51,7 +51,7 @@ _CODE = (
     *("firmware", "studies", "hardware", "studio", "examples", "tests", "tools", "dev", ".ci"),
     *(".clang-format", ".editorconfig", ".gitignore"),
 )
-_BOARD_PAGES = ("docs/results.md", "docs/studies/paper.md")
+_BOARD_PAGES = ("docs/results.md", "docs/results/paper.md")
 _MAKING_PAGES = ("docs/how-to/build.md", "docs/reference/reference-knob.md")
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
@@ -208,7 +208,7 @@ GROUPS = {
         "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",
         ("tests/studies",),
         ("python", "studies"),
-        (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/studies", "docs/results.md"),
+        (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/results", "docs/results.md"),
     ),
     "hardware": Group(
         "the knob to build: closed forms, parts, what a rehearsal finds",

@@ -14,7 +14,7 @@
 
 namespace torsio::studies::actuators {
 
-/// The actuators that are compared. docs/studies/actuators.md has the equations and the sources.
+/// The actuators that are compared. docs/results/actuators.md has the equations and the sources.
 enum class Kind : std::uint8_t {
   motor_only,
   brake_only,
@@ -37,10 +37,10 @@ inline constexpr int kKinds = 13;
 /// @throws std::invalid_argument that lists the names
 [[nodiscard]] Kind kind_from_name(std::string_view name);
 
-/// The parts of all actuators, so that the comparison is one of arrangements and laws.
-/// Motor, brake, stiff spring and encoder are those of the default plant; its shaft A is here split
-/// into the knob on its bearing, a third of its inertia and a sixth of its friction, and the
-/// motor's rotor.
+/// The parts of all actuators, so that the comparison is one of arrangements and laws. Motor,
+/// brake, stiff spring and encoder are the default plant's. Its shaft A is split here: a third of
+/// its inertia and a sixth of its friction are the knob on its bearing, the rest is the motor's
+/// rotor.
 inline const emulator::PlantParams kDefaultPlant;
 struct Parts {
   double knob_inertia_kg_m2 = 2e-5;

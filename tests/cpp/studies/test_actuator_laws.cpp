@@ -1,5 +1,5 @@
 // The arrangement and the law of every rival actuator against the equations of
-// docs/studies/actuators.md, worked out by hand.
+// docs/results/actuators.md, worked out by hand.
 #include <doctest/doctest.h>
 
 #include <cmath>

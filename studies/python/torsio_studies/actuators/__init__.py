@@ -1,1 +1,1 @@
-"""The study `actuators`: docs/studies/actuators.md tells what it asks and what comes out."""
+"""The study `actuators`: docs/results/actuators.md tells what it asks and what comes out."""

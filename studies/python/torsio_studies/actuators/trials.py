@@ -1,6 +1,6 @@
 """Every rival actuator in the same scenes: walls, a cut string, a spin into a spring, free motion.
 
-docs/studies/actuators.md has the models, their sources and the keys of the results.
+docs/results/actuators.md has the models, their sources and the keys of the results.
 """
 
 from __future__ import annotations

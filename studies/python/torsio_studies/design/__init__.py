@@ -1,1 +1,1 @@
-"""The study `design`: docs/studies/design.md tells what it asks and what comes out."""
+"""The study `design`: docs/results/design.md tells what it asks and what comes out."""

@@ -2,7 +2,7 @@
 
 Two maps on regular grids, and a sample that fills the space of all seven parameters evenly. Every
 device is simulated on its own, so that the work can be spread and interrupted as one likes:
-`design_store` keeps what is done, `design_run` spreads the rest. docs/studies/design.md has the
+`design_store` keeps what is done, `design_run` spreads the rest. docs/results/design.md has the
 keys of the results.
 """
 

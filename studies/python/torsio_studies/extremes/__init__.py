@@ -1,1 +1,1 @@
-"""The study `extremes`: docs/studies/extremes.md tells what it asks and what comes out."""
+"""The study `extremes`: docs/results/extremes.md tells what it asks and what comes out."""

@@ -1,1 +1,1 @@
-"""The study `falsify`: docs/studies/falsify.md tells what it asks and what comes out."""
+"""The study `falsify`: docs/results/falsify.md tells what it asks and what comes out."""

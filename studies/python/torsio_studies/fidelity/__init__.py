@@ -1,1 +1,1 @@
-"""The study `fidelity`: docs/studies/fidelity.md tells what it asks and what comes out."""
+"""The study `fidelity`: docs/results/fidelity.md tells what it asks and what comes out."""

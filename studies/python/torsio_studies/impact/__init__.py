@@ -1,1 +1,1 @@
-"""The study `impact`: docs/studies/impact.md tells what it asks and what comes out."""
+"""The study `impact`: docs/results/impact.md tells what it asks and what comes out."""

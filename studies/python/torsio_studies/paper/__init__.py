@@ -1,1 +1,1 @@
-"""The study `paper`: docs/studies/paper.md tells what it asks and what comes out."""
+"""The study `paper`: docs/results/paper.md tells what it asks and what comes out."""
