@@ -50,8 +50,8 @@ void stop_on_signals() {
   (void)std::signal(SIGPIPE, SIG_IGN);
 }
 
-/// A line for the reader of standard output. The knob does not wait for the reader: what does not
-/// go out at once waits, and past so much that nobody can want it any more lines are left out.
+/// A line for the reader of standard output. The knob does not wait for the reader. Lines that do
+/// not go out at once wait; when too many wait, new ones are left out.
 class Teller {
  public:
   void tell(const std::string& line) {
@@ -165,8 +165,8 @@ class Program {
     if (!options.log.empty()) log_.emplace(options.log);
     if (options.commands) commands_.emplace();
     if (!is_loopback(options.address)) {
-      say("warning", "whoever reaches " + options.address +
-                         " can use this knob; USB/IP asks for no password and hides nothing");
+      say("warning", "anybody who reaches " + options.address +
+                         " can use this knob; USB/IP has no password and no encryption");
     }
   }
 

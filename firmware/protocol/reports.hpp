@@ -536,7 +536,8 @@ struct Layout<Acknowledgement> {
   static constexpr FieldList fields{
       any_number("sequence", &Acknowledgement::sequence, "", "of the report that is answered"),
       any_number("report", &Acknowledgement::report, "", "its id"),
-      any_number("status", &Acknowledgement::status, "", "0 is accepted, else why not, see above"),
+      any_number("status", &Acknowledgement::status, "",
+                 "0: accepted; otherwise the reason, see above"),
       any_number("field", &Acknowledgement::field, "",
                  "index of the offending field, nested fields opened; 255 is none"),
       choice("state", &Acknowledgement::state, "after the report"),

@@ -1,5 +1,5 @@
-// UF2 files (https://github.com/microsoft/uf2), which a boot loader takes like a memory stick:
-// blocks of 512 bytes with an address, a number and the family of the chip.
+// UF2 files (https://github.com/microsoft/uf2), which a boot loader takes like a memory stick.
+// Blocks have 512 bytes with an address, a number and the chip's family.
 #include "firmware_file.hpp"
 
 #include <algorithm>
@@ -137,7 +137,7 @@ std::string image_of(std::string_view file, std::string& chip) {
   return image;
 }
 
-/// CRC-32 of an image, but for the four bytes that say it, which count as 0.
+/// CRC-32 of an image. The four bytes that hold it count as 0.
 std::uint32_t checksum(std::string_view image, std::size_t said_at) {
   std::uint32_t crc = 0xFFFFFFFFU;
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -151,7 +151,7 @@ std::uint32_t checksum(std::string_view image, std::size_t said_at) {
 void find_label(std::string_view image, FirmwareFile& file) {
   const std::size_t at = image.find(kMark);
   if (at == std::string_view::npos) {
-    reject_file("it is not Torsio's firmware, or of a version before it said its name");
+    reject_file("it is not Torsio's firmware, or too old to say its name");
   }
   if (image.find(kMark, at + 1) != std::string_view::npos) {
     reject_file("it has the mark of Torsio's firmware more than once");
@@ -163,8 +163,7 @@ void find_label(std::string_view image, FirmwareFile& file) {
   for (const char letter : board) is_name = is_name && letter > ' ' && letter < 0x7F;
   if (!is_name) reject_file("what Torsio's firmware says of itself is damaged in it");
   if (word_at(label, kChecksumAt) != checksum(image, at + kChecksumAt)) {
-    reject_file(
-        "its checksum is wrong: it is damaged, or of a version before it had one; get it anew");
+    reject_file("its checksum is wrong: it is damaged, or too old to have one; get it anew");
   }
   file.board = board;
   file.fingerprint = word_at(label, 16);

@@ -186,7 +186,7 @@ class FirmwareUpdater {
     const std::string content = file_content(plan_.file.path);
     if (firmware_in(plan_.file.path, content) != plan_.file) {
       throw InvalidArgument(path_text(plan_.file.path) +
-                            " is another file than the one that was looked at: nothing was done");
+                            " has changed since it was examined: nothing was done");
     }
     std::vector<std::string> old;
     for (const ListedDevice& device : host_.devices()) old.push_back(device.serial);
@@ -341,7 +341,7 @@ class FirmwareUpdater {
 }  // namespace
 
 std::string FirmwarePlan::text() const {
-  std::string who = "the board that waits in its boot loader (whatever it has)";
+  std::string who = "the board that waits in its boot loader";
   if (device) {
     who = "the knob " + (device->serial.empty() ? device->path : device->serial) + " (" +
           (before ? "board " + before->board + ", firmware " + before->firmware_version

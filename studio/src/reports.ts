@@ -865,7 +865,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "of the report that is answered", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "report", "kind": "whole", "doc": "its id", "wire": "report", "type": "u8", "default": 0},
-      {"name": "status", "kind": "whole", "doc": "0 is accepted, else why not, see above", "wire": "status", "type": "u8", "default": 0},
+      {"name": "status", "kind": "whole", "doc": "0: accepted; otherwise the reason, see above", "wire": "status", "type": "u8", "default": 0},
       {"name": "field", "kind": "whole", "doc": "index of the offending field, nested fields opened; 255 is none", "wire": "field", "type": "u8"},
       {"name": "state", "kind": "choice", "doc": "after the report", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "tick", "kind": "whole", "doc": "when it took effect or was refused", "wire": "tick", "type": "u64", "default": "0"},

@@ -75,7 +75,7 @@ def test_without_a_real_knob_it_is_the_emulated_one_and_that_is_said(
     result = run(*arguments, cwd=tmp_path)
     first = result.stderr.splitlines()[0]
     assert first == (
-        "knob     emulated, serial number EMULATED, for no real knob is plugged in, "
+        "knob     emulated, serial number EMULATED, as no real knob is plugged in, "
         "which forgets its settings when this command ends"
     )
 

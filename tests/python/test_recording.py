@@ -261,7 +261,7 @@ def test_sample_that_cannot_be_one_is_damage(tmp_path: Path, tick: object) -> No
         writer.add_metadata("versions", {})
         writer.add_message(channel, 0, json.dumps({**sample, "tick": tick}).encode(), 0)
         writer.finish()
-    with pytest.raises(torsio.Error, match=r"x\.mcap' is damaged: a message is none"):
+    with pytest.raises(torsio.Error, match=r"x\.mcap' is damaged: a message cannot be read"):
         torsio.load(file)
 
 

@@ -154,7 +154,7 @@ def test_program_that_is_killed_is_said() -> None:
         assert process.wait(30) == 1
         assert process.stderr is not None
         errors = process.stderr.read()
-    assert errors.startswith("torsio: error: the program that is the knob was ended by SIGKILL")
+    assert errors.startswith("torsio: error: SIGKILL ended the knob's program")
 
 
 def test_port_in_use_is_said_with_status_2() -> None:
@@ -208,7 +208,7 @@ def test_hand_script_of_notepad_is_read_and_one_in_utf_16_refused_as_that(tmp_pa
 def test_another_address_than_loopback_is_warned_of() -> None:
     with emulated("--address", "0.0.0.0") as (process, _):
         output, errors = end(process)
-    assert "warning: whoever reaches 0.0.0.0 can use this knob" in errors
+    assert "warning: anybody who reaches 0.0.0.0 can use this knob" in errors
     assert "attach -r 127.0.0.1" in output
 
 

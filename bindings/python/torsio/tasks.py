@@ -77,7 +77,7 @@ class Task(ABC):
                     f"no number of PlantParams is called {name!r}; there are " + ", ".join(_NUMBERS)
                 )
             if name in self.drawn:
-                raise InvalidArgument(f"plant[{name!r}] is what this task draws by itself")
+                raise InvalidArgument(f"plant[{name!r}]: this task draws that itself")
             self.plant[name] = _range(f"plant[{name!r}]", bounds)
 
     def knobs(

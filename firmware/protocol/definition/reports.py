@@ -317,7 +317,7 @@ ACKNOWLEDGEMENT = Structure(
     (
         raw("sequence", "u16", "of the report that is answered"),
         raw("report", "u8", "its id"),
-        raw("status", "u8", "0 is accepted, else why not, see above"),
+        raw("status", "u8", "0: accepted; otherwise the reason, see above"),
         raw(
             "field", "u8", "index of the offending field, nested fields opened; 255 is none",
             default="kNoField",

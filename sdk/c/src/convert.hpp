@@ -32,7 +32,7 @@ template <class Enum>
 Enum choice(std::int32_t value, const char* field) {
   if (value_name<Enum>(value) == nullptr) {
     throw InvalidArgument(std::string(field) + " is " + std::to_string(value) +
-                          ", which is none of its values: 0 to " +
+                          ", which is not one of its values: 0 to " +
                           std::to_string(Names<Enum>::values.size() - 1));
   }
   return static_cast<Enum>(value);

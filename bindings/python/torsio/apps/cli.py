@@ -113,8 +113,8 @@ def doctor_command(
         typer.Option(
             "--device",
             metavar="DEVICE",
-            help="Path, serial number, or 'emulated'. Unless given it is every knob that is "
-            "plugged in, or the emulated one if none is.",
+            help="Path, serial number, or 'emulated'. Default: every knob that is plugged in, "
+            "or the emulated one if none is.",
         ),
     ] = "",
     quick: Annotated[

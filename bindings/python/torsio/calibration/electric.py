@@ -81,7 +81,7 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
             "current sensor", "dead_sensor" if dead else "saturated_sensor", "the current sensor "
             f"says {zero_v:.2f} V all the time: "
             + ("it has no supply, or its wire is not at current_sense_pin" if dead else
-               "it is at the end of its range, or what hangs at current_sense_pin is no sensor"),
+               "it is at the end of its range, or no sensor is at current_sense_pin"),
             zero_v=zero_v,
         )  # fmt: skip
     count = len(current_a)
@@ -148,7 +148,7 @@ class Intervals:
 
 
 def intervals(readings: Sequence[MotorCurrent], supply_v: float) -> Intervals:
-    """Give what was between each reading and the next, with no two of the same period."""
+    """Give the differences between each reading and the next, with no two of the same period."""
     some = [readings[0]]
     some += [b for a, b in itertools.pairwise(readings) if b.periods != a.periods]
     first = some[0]
@@ -297,9 +297,9 @@ def motor(
     ohm, henry, drop_v, constant = (float(value) for value in fit.value)
     if constant <= 0.0:
         raise Refusal(
-            "torque constant", "reversed_emf", "the voltage that the motor makes has the sign of "
-            "the speed's opposite: motor and encoder disagree; change motor_reversed or "
-            "encoder_reversed", constant_nm_per_a=constant,
+            "torque constant", "reversed_emf", "the motor's own voltage has the wrong sign for "
+            "its speed: motor and encoder disagree; change motor_reversed or encoder_reversed",
+            constant_nm_per_a=constant,
         )  # fmt: skip
     gain = believed_ohm / ohm
     settle_s = henry / ohm

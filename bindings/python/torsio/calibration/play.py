@@ -165,7 +165,7 @@ class Player:
             self._knob.configure(config)
         except Error as error:
             raise Error(
-                f"the {type(config).__name__} of before the calibration could not be put back "
+                f"the {type(config).__name__} from before the calibration could not be restored "
                 f"({error}); unplug the knob, or configure it, before you use it"
             ) from error
 

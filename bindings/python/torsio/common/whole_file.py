@@ -21,7 +21,9 @@ def content(path: str | Path) -> bytes:
     with Path(path).open("rb") as file:
         read = file.read(_MOST_BYTES + 1)
     if len(read) > _MOST_BYTES:
-        raise OSError(errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB are none of ours", str(path))
+        raise OSError(
+            errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB is no file of Torsio's", str(path)
+        )
     return read
 
 

@@ -263,4 +263,4 @@ def _explained(path: str | Path, metadata: Mapping[str, Mapping[str, Any]]) -> I
             f"that version; this is {_torsio.__version__}"
         ) from error
     except (AttributeError, OverflowError, TypeError, ValueError, RecursionError) as error:
-        raise Error(f"{str(path)!r} is damaged: a message is none ({error})") from error
+        raise Error(f"{str(path)!r} is damaged: a message cannot be read ({error})") from error

@@ -132,7 +132,7 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
         return _compare(recorded, samples, answers)
     except Error:
         raise
-    except Exception as error:  # as in load(), damage raises whatever it likes
+    except Exception as error:  # as in load(), damage may raise any error
         raise Error(f"the recording is damaged ({type(error).__name__}: {error})") from error
 
 
@@ -164,7 +164,7 @@ def _place(path: str) -> tuple[str, str]:
             f"{path}: there is no effect {effect}, but {', '.join(_EFFECT_FIELDS)}"
         )
     if name not in known:
-        raise InvalidArgument(f"{path}: what can be changed of {effect} is {', '.join(known)}")
+        raise InvalidArgument(f"{path}: {effect} has the fields {', '.join(known)}")
     return effect, name
 
 

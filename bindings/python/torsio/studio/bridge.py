@@ -62,7 +62,7 @@ _TRUTH: Final = (
 
 
 class MessageError(Error):
-    """A page sent what is no message of the bridge."""
+    """A page sent something that is no message of the bridge."""
 
 
 class Waiting:
@@ -245,7 +245,7 @@ class Bridge:
         if kind == WRITE:
             await self._write(report)
         elif self._world is None:
-            raise MessageError("this knob is real: nobody but a hand turns it")
+            raise MessageError("this knob is real: only a hand turns it")
         elif kind == HAND:
             self._world.turn(struct.unpack("<d", report)[0])
         else:

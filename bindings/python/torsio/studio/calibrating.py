@@ -82,7 +82,7 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
     asked = await _asked(socket)
     if asked.get("do") != "calibrate":
         await socket.send_json(
-            {"kind": "refused", "why": "a page asked for what is no calibration"}
+            {"kind": "refused", "why": "a page sent an unknown message about calibration"}
         )
         return
     try:

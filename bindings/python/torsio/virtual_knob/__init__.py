@@ -63,7 +63,7 @@ class Address:
         words = line.split()
         host, colon, port = words[1].rpartition(":") if len(words) == 3 else ("", "", "")
         if words[:1] != ["listening"] or not colon or not port.isdecimal():
-            raise Error(f"the virtual knob said {line!r} where it should say where it listens")
+            raise Error(f"the virtual knob said {line!r} in place of its address")
         return cls(host, int(port), words[2])
 
 

@@ -212,9 +212,7 @@ def emulate_command(
             return
     if process.returncode < 0:
         name = signal.Signals(-process.returncode).name
-        sys.stderr.write(
-            f"torsio: error: the program that is the knob was ended by {name}; start it again\n"
-        )
+        sys.stderr.write(f"torsio: error: {name} ended the knob's program; start it again\n")
         raise typer.Exit(1)
     if process.returncode:
         raise typer.Exit(process.returncode)

@@ -122,7 +122,7 @@ def opened(
             info = knob.info
             who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
             if selector != device:
-                who.append("for no real knob is plugged in")
+                who.append("as no real knob is plugged in")
             if knob.is_emulated:
                 who.append("which forgets its settings when this command ends")
             line(say, f"knob     {', '.join(who)}")

@@ -61,7 +61,7 @@ class Report:
 
 _OPEN_ADVICE = {
     "busy": "close the other program (`fuser -v /dev/hidraw*` names it)",
-    "permission": "see what is said of the permission",
+    "permission": "follow the advice on the permission",
     "protocol": "install firmware and library of the same release: update the older of the two",
     "not_found": "`torsio list` shows what is there",
     "timeout": "plug the knob in again; if that goes on, load its firmware again",

@@ -25,14 +25,14 @@ def check_drift(knob: Knob) -> Finding:
         return Finding(
             "drift",
             False,
-            f"whether anything has drifted was not measured, for the knob is {state}",
+            f"drift was not measured, because the knob is {state}",
             "disarm it, or clear its fault, and run this again",
             {"state": state},
         )
     try:
         before = calibration.kept(knob.info.serial)
         if before is None:
-            text = f"no calibration of {knob.info.serial} was kept that one could compare with"
+            text = f"no calibration of {knob.info.serial} was kept to compare with"
             return Finding("drift", False, text, _CALIBRATE)
         now = calibration.calibrate(knob, quick=True)
     except calibration.Refusal as refusal:

@@ -24,7 +24,7 @@ from torsio.printed.told import Clock, DeviceInfo, Health, Limits, LinkStatistic
 
 VENDOR_ID, PRODUCT_ID = f"{_protocol.USB_VENDOR_ID:04x}", f"{_protocol.USB_PRODUCT_ID:04x}"
 RULE = "60-torsio.rules"
-# Those of udev(7), in the order in which one hides another of the same name.
+# The folders of udev(7). A file in one hides a file of the same name in a later one.
 RULE_FOLDERS = (
     "etc/udev/rules.d",
     "run/udev/rules.d",

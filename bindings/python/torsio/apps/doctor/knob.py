@@ -47,7 +47,7 @@ _FAULTS_FOUND = {
     "temperature": "the motor's winding or the brake's coil got too hot, by the currents they had",
     "supply": "the supply's voltage is not the configured one, as the board measures it",
     "overrun": "ticks were missed, or took nearly the whole control period",
-    "numeric": "the control law gave a torque that is no number",
+    "numeric": "the control law gave a torque that is not finite",
 }
 
 
@@ -165,9 +165,7 @@ def check_round_trips(facts: KnobFacts) -> Finding:
     """See how quickly it answers."""
     trips = facts.round_trips
     if trips is None:
-        return Finding(
-            "round_trip", True, "round trips were not timed, for the knob is armed: disarm it first"
-        )
+        return Finding("round_trip", True, "round trips were not timed: disarm the knob first")
     text = (
         f"it answers after {1e3 * trips.median_s:.2f} ms (median), "
         f"{1e3 * trips.p99_s:.2f} ms (99 of 100)"
@@ -255,7 +253,7 @@ def check_beliefs(facts: KnobFacts) -> Finding:
     swings = facts.after.unexpected_swings
     values = {"unexpected_swings": swings}
     if swings == 0:
-        text = "no swing has lasted that the configured values do not explain"
+        text = "the configured values explain every swing that lasted"
         return Finding("beliefs", True, text, values=values)
     return Finding(
         "beliefs",
