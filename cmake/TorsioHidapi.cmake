@@ -32,7 +32,7 @@ endif()
 if(NOT TARGET hidapi::hidraw)
   find_package(hidapi CONFIG QUIET GLOBAL)
 endif()
-foreach(backend winapi darwin)  # as hidapi calls that of Windows and that of macOS
+foreach(backend winapi darwin)  # hidapi's names for Windows and macOS
   if(TARGET hidapi::${backend} AND NOT TARGET hidapi::hidraw)
     add_library(hidapi::hidraw ALIAS hidapi::${backend})
   endif()

@@ -46,6 +46,6 @@ configure_file("${CMAKE_CURRENT_LIST_DIR}/torsio.pc.in" "${PROJECT_BINARY_DIR}/t
 install(FILES "${PROJECT_BINARY_DIR}/torsio.pc"
   DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT sdk)
 
-# udev looks there below /usr and /usr/local, whatever the libraries' folder is called.
+# udev looks there below /usr and /usr/local. The libraries' folder may have another name.
 install(FILES sdk/60-torsio.rules DESTINATION lib/udev/rules.d COMPONENT sdk)
 install(FILES LICENSE NOTICES.md DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT sdk)

@@ -33,8 +33,8 @@ struct BatchOptions {
 /// Thousands of closed loops. A loop depends on nothing but its kind, its seed and its actions. It
 /// does the same to the bit as a ClosedLoop of its own, for any number of threads.
 ///
-/// Threads take the loops in shares. Loops of one kind have the tables of their steps in common
-/// within a share, so the memory that a step goes through grows with the kinds, not with the loops.
+/// Threads take the loops in shares. Loops of one kind share the tables of their steps within a
+/// share. So memory grows with the kinds, not with the loops.
 class Batch {
  public:
   /// @throws std::invalid_argument that names what is out of its range

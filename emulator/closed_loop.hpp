@@ -35,8 +35,8 @@ class ClosedLoop {
   /// @param rows of the ticks 0, every, 2 every ... of this call, as far as there is room
   void run(std::uint64_t ticks, std::span<LoopRow> rows, std::uint32_t every = 1);
 
-  /// The two halves of a tick, by turns, for those who look or decide in between: what the
-  /// controller senses and decides now, and the time until it does so again.
+  /// The two halves of a tick, to be called in turns: the controller senses and decides, then time
+  /// passes until the next tick. The caller may look or decide in between.
   /// @param row of this moment, or null
   void sense(LoopRow* row);
   void act();

@@ -45,8 +45,8 @@ struct ClosedLoopOptions {
 /// @throws std::invalid_argument that names what is out of its range
 [[nodiscard]] PlantState state_of(const InitialState& initial);
 
-/// Adds what a report says, rounded and checked as on its way to a device: a configuration, an
-/// effect of the scene, or points that its curves read.
+/// Adds a report: a configuration, an effect of the scene, or points of its curves. It is rounded
+/// and checked as on its way to a device.
 /// @returns false if it is none of these, or damaged
 [[nodiscard]] bool take_report(const protocol::ReportBytes& report, ClosedLoopOptions& options);
 

@@ -47,7 +47,7 @@ struct EmulatedDeviceOptions {
 
 /// A whole knob without hardware: the firmware's device, plant, hand, encoder, storage and USB
 /// cable under one virtual clock in nanoseconds. The same options and the same calls at the same
-/// times give the same bytes; how a span of time is cut into advance() calls makes no difference.
+/// times give the same bytes. It does not matter how advance() calls cut the time.
 ///
 /// Frames of the cable are at multiples of 1 ms and control ticks at multiples of the control
 /// period, both from time 0 on; where they coincide the frame goes first. advance() runs what lies
@@ -82,8 +82,8 @@ class EmulatedDevice {
   /// @throws std::logic_error while there is no power
   [[nodiscard]] device::Device& device();
 
-  // The game interface. Its reports have different lengths; they take no time on the cable, as it
-  // is what a game does that is to be tested here, not the bus.
+  // The game interface. Its reports have different lengths. They take no time on the cable: tests
+  // look at games here, not at the bus.
 
   /// @returns false if nothing is connected
   bool game_write(std::span<const std::uint8_t> report);

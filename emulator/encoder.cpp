@@ -9,8 +9,8 @@
 namespace torsio::emulator {
 namespace {
 
-/// The largest integer that is not above the value. std::floor is a call into the mathematics
-/// library on plain x86-64 and takes longer than all the rest of a sample.
+/// The largest integer that is not above the value. On plain x86-64 std::floor is a library call
+/// that takes longer than the rest of a sample.
 std::int64_t floor_to_integer(double value) {
   const auto truncated = static_cast<std::int64_t>(value);
   return truncated - (static_cast<double>(truncated) > value ? 1 : 0);

@@ -1,6 +1,5 @@
-/// @file
-/// The way from what a device wants to the windings and back: the board's own power stage, current
-/// sensor and bridges, in place of a motor and a brake that are mere lags.
+/// @file The way from the device's commands to the windings and back: the board's own power stage,
+/// current sensor and bridges. It replaces a motor and a brake that are mere lags.
 #pragma once
 
 #include <cstdint>

@@ -28,8 +28,8 @@ struct PlantRow {
   bool brake_sticks;
 };
 
-/// One control tick: what is true when it samples the encoder, and what it decides then. Torques on
-/// the knob.
+/// One control tick: the truth when it samples the encoder, and its decisions then. Torques on the
+/// knob.
 struct LoopRow {
   double time_s;
   double angle_rad;        ///< of the knob

@@ -6,8 +6,8 @@
 
 namespace torsio::emulator {
 
-/// Fills in what a row tells of the plant as it is now: a TruthSample, a PlantRow or a LoopRow,
-/// whose other columns stay as they are.
+/// Fills in the plant's columns of a TruthSample, a PlantRow or a LoopRow. Its other columns stay
+/// as they are.
 template <class Row>
 void tell_truth(const Plant& plant, Row& row) {
   const PlantState& state = plant.state();

@@ -14,12 +14,12 @@
 
 namespace torsio::emulator {
 
-/// The cable and the host's driver: full speed, so once in a frame of 1 ms at most one output
-/// report reaches the device and at most one input report is fetched from it.
+/// The cable and the host's driver at full speed. In each frame of 1 ms at most one output report
+/// reaches the device, and the driver fetches at most one input report.
 class UsbLink {
  public:
   static constexpr std::int64_t kFrameNs = 1'000'000;
-  /// Output reports that wait at the host. A full queue pushes back, none is lost.
+  /// Output reports that wait at the host. A full queue refuses the next report; none is lost.
   static constexpr std::size_t kOutputQueueReports = 16;
 
   /// @param input_queue_reports input reports that the host keeps until they are read. As in

@@ -33,7 +33,7 @@ struct Workers::Team {
   std::mutex mutex;
   std::condition_variable news;  // for the threads: another piece of work, or the end
   std::condition_variable done;  // for the caller
-  // All written under the mutex, but for next_part.
+  // All written under the mutex, except next_part.
   std::atomic<std::uint64_t> pieces{0};  // of work that came so far; the end counts as one
   std::atomic<unsigned> busy{0};         // threads that are at the present one
   std::atomic<unsigned> next_part{0};

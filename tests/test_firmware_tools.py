@@ -69,7 +69,7 @@ def test_bad_elf_file_makes_no_image(
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Make a folder of boards, with one board in it and one folder that is none."""
+    """Make a folder of boards, with one board and one folder without a board."""
     monkeypatch.setattr(boards, "FOLDER", tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "board.cmake").write_text(

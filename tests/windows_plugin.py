@@ -1,6 +1,6 @@
 """Keeps pytest, on Windows or under Wine, from tests that cannot run there.
 
-``./dev windows python`` runs those of ``tests/python`` with it.
+``./dev windows python`` runs ``tests/python`` with it.
 """
 
 from __future__ import annotations

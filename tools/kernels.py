@@ -29,7 +29,7 @@ from tools import apt
 # minutes, and all tests of the game interface on kernels that are newer than any in use.
 GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
 # Set for ./dev test usb: each test on each kernel, unless it has a mark that says otherwise.
-# Otherwise one kernel runs what is not marked: what it is about lies above the kernel.
+# Otherwise one kernel runs the tests without a mark: they test code above the kernel.
 EVERY_KERNEL_VARIABLE = "TORSIO_EVERY_KERNEL"
 # The generic kernels: those for clouds have no USB.
 DEBIAN = {"6.1": "linux-image-amd64", "6.12": "linux-image-6.12-amd64"}

@@ -1,7 +1,6 @@
 """Packs the sources as pip takes them: an sdist. Every wheel is built from it.
 
-Only what is committed or about to be goes in, whatever else lies in the tree, and the same sources
-make the same bytes.
+Only files that git has or is about to have go in, and the same sources make the same bytes.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Pythons of every version for every kind of machine: what wheels are built against and tried with.
 
 They come from Maven Central, where Java programs get theirs, each with the headers of its machine,
-so that every machine makes the same wheels. Those of other machines run under QEMU or Wine. Nothing
-is installed.
+so that every machine makes the same wheels. Pythons of other machines run under QEMU or Wine.
+Nothing is installed.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@
 
 namespace torsio::bindings {
 
-/// A value as messages show it: short, in one line, whatever it is.
+/// A value as messages show it: short, in one line.
 inline std::string shown(const pybind11::handle& value) {
   return pybind11::module_::import("torsio.common.checks").attr("show")(value).cast<std::string>();
 }

@@ -28,7 +28,7 @@ class Classes {
     });
   }
 
-  /// Index of the object's class; `count` if it is none of them. Subclasses count.
+  /// Index of the object's class; `count` if it is not among them. Subclasses count.
   [[nodiscard]] std::size_t find(const py::handle& source) const {
     const py::handle type = py::type::handle_of(source);
     for (std::size_t i = 0; i < count; ++i) {

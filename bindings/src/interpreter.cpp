@@ -66,7 +66,7 @@ struct Gate {
   }
 };
 
-/// In a child that was forked the others are gone, whatever they were about to do.
+/// In a forked child the other threads are gone.
 void start_anew() {
   Gate& gate = Gate::instance();
   new (&gate) Gate;
@@ -141,8 +141,8 @@ void watch_interpreter() {
     Gate::instance().end();
     PyEval_RestoreThread(state);
   };
-  // Last registered, first called: what is registered later, as torsio.knob does to close what is
-  // open, runs while all threads still do.
+  // Last registered, first called. torsio.knob registers later, to close open knobs; that runs
+  // while all threads still run.
   py::module_::import("atexit").attr("register")(py::cpp_function(end));
 #ifndef _WIN32  // which does not fork
   py::module_::import("os").attr("register_at_fork")(py::arg("after_in_child") =

@@ -2,8 +2,8 @@
 /// Letting go of the interpreter's lock and taking it, also while the interpreter ends.
 ///
 /// A thread that asks for the lock of an interpreter that is ending is ended itself, out of the
-/// middle of C++, which aborts the process. So from some moment on no thread but the one that ends
-/// the interpreter asks for it: they stop where they are, until the process is gone.
+/// middle of C++, which aborts the process. So from then on only the thread that ends the
+/// interpreter asks for it. The others stop where they are until the process is gone.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -38,8 +38,8 @@ class Locked {
 /// @throws what they raise (KeyboardInterrupt), which ends the waiting call
 bool check_signals();
 
-/// Makes of a Python function that gives steps one that does them: each, whatever the others raise,
-/// and without a place between them where Ctrl-C could leave some out.
+/// Turns a Python function that gives steps into one that does them. It does each step even if
+/// another raises, and Ctrl-C cannot leave one out.
 pybind11::object all_of(const pybind11::function& steps);
 
 /// Has the interpreter say when it begins to end.

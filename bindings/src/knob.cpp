@@ -187,8 +187,8 @@ Owner& owner_in(const PyKnob& self) {
   }
 }
 
-/// A method of the library as Python calls it: without the interpreter's lock while it runs, which
-/// it may need for long, or for the function of a hand.
+/// A method of the library as Python calls it. It runs without the interpreter's lock, because it
+/// may take long or call a hand's function.
 template <class Owner, class Result, class... Parameters>
 struct Calling {
   template <class Method>
@@ -227,8 +227,8 @@ py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s, py
   return samples;
 }
 
-/// @param kept a list that gets the samples, however the recording ends; if it ends well also how
-///        the torque went, or None, and whether it came late
+/// @param kept a list that gets the samples, however the recording ends. If it ends well, the list
+/// also gets why the torque went, or None, and whether the torque came late
 /// @returns the samples, behind those before it that nobody had read
 py::array record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz,
                  bool must_stay_armed, py::list kept) {

@@ -242,7 +242,7 @@ PLANT_PARAMS = Structure(
             "spring_and_brake",
             "part: spring and brake. Without it knob and brake are one rigid body and the brake "
             "never engages. This suits the law motor_only and saves about a third of the plant's "
-            "time. The parts below, but for cogging, need it",
+            "time. All parts below except cogging need it",
             default=True,
         ),
         optional_group("shaft_hardening", SHAFT_HARDENING, "part: the spring has knees"),
@@ -434,7 +434,7 @@ PLANT_ROW = Structure(
 )
 LOOP_ROW = Structure(
     "LoopRow",
-    "One control tick: what is true when it samples the encoder, and what it decides then. Torques on "
+    "One control tick: the truth when it samples the encoder, and its decisions then. Torques on "
     "the knob.",
     (
         *_TRUE,

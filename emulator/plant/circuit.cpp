@@ -18,7 +18,7 @@ double zero_after_s(double value, double end, double time_constant_s) {
   return time_constant_s * log_of(1.0 - value / end);
 }
 
-/// Resistance of copper over the one at 25 degrees; it stays positive whatever it is asked.
+/// Resistance of copper as a multiple of its value at 25 degrees; positive at any temperature.
 double copper_share(double temperature_c) {
   return std::max(0.05, 1.0 + 3.93e-3 * (temperature_c - 25.0));
 }

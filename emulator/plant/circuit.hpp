@@ -15,9 +15,9 @@ struct BridgeShares {
   bool enabled = false;
 };
 
-/// A bridge that is on gives its winding its share of the supply's voltage, the mean over a PWM
-/// period; the ripple of the current is in what a sensor sees, not in the torque. A bridge that is
-/// off lets the current run back into the supply through its diodes, until there is none.
+/// A bridge that is on gives its winding a share of the supply's voltage, the mean over a PWM
+/// period. A sensor sees the current's ripple; the torque does not have it. A bridge that is off
+/// lets the current run back into the supply through its diodes, until it ends.
 ///
 /// Between two changes the voltages are constant and the plant's steps are exact, back EMF
 /// included. Resistances follow the temperatures in steps of a fifth of a percent. The moment at

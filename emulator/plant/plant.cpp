@@ -190,8 +190,8 @@ void Plant::advance(std::int64_t duration_ns) {
           "plant: advance runs past the end of 64-bit time");
   if (duration_ns == 0) return;
   const std::int64_t target_ns = state_.time_ns + duration_ns;
-  // Steps start at grid times, corners of the hand's profile and changes of inputs, never where a
-  // call happens to end: from there, the next call goes back to the begin of the step.
+  // Steps start at grid times, corners of the hand's profile and changes of inputs. They never
+  // start where a call ends: the next call goes back to the begin of the step.
   if (between_) state_ = anchor_;
   between_ = false;
   do {

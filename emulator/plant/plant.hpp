@@ -14,10 +14,9 @@
 namespace torsio::emulator {
 
 /// Motor, knob, shaft spring, brake and hand under a virtual clock. Commands are held until they
-/// are changed. Time is in whole nanoseconds, and where the plant is at some time does not depend,
-/// to the bit, on how the way there is cut into calls of advance(). A copy goes its own way from
-/// where the original is, but shares the tables of its steps: the two may not be advanced by
-/// different threads at the same time.
+/// are changed. Time is in whole nanoseconds. However calls of advance() cut the time, the state is
+/// the same to the bit. A copy continues on its own, but shares the tables of its steps. So two
+/// threads must not advance both at once.
 class Plant {
  public:
   /// At rest at time 0, angle 0, except that a PrescribedMotion puts the knob on its path.
@@ -61,8 +60,8 @@ class Plant {
   /// Lets time pass.
   /// @param duration_ns >= 0
   /// @throws std::invalid_argument if it is negative or runs past the end of 64-bit time
-  /// @throws whatever the function of a FeedbackHand throws, at the time when it was asked: from
-  ///         there time can go on, without a torque of the hand until it is asked again
+  /// @throws the exception of a FeedbackHand's function, at the time when it was called. Time can
+  /// go on from there, without a torque of the hand until the next call
   void advance(std::int64_t duration_ns);
 
   /// Its state, without its parts and its hand; not all of a plant with electrics.

@@ -1,7 +1,6 @@
-/// @file
-/// The functions that the plant and its noise need, from additions, multiplications and divisions
-/// alone: the C library's functions differ in the last bit from processor to processor, and a
-/// friction that sticks or slides makes a different life of it.
+/// @file The functions that the plant and its noise need, from additions, multiplications and
+/// divisions alone. The C library's functions differ in the last bit between processors, and
+/// friction that sticks or slides makes a different run of it.
 #pragma once
 
 #include <cmath>

@@ -23,8 +23,8 @@ struct ProfileSegment {
   double begin_value;
   double slope_per_s;
 
-  /// Value at `time_ns`, which the caller keeps within [begin_ns, end_ns]; the end gives the limit
-  /// from the left, which differs from the profile's value where the profile jumps.
+  /// Value at `time_ns`, which the caller keeps within [begin_ns, end_ns]. At the end this is the
+  /// limit from the left; where the profile jumps, its value differs.
   [[nodiscard]] double value(std::int64_t time_ns) const {
     // A flat piece has no finite begin; testing the slope first keeps the difference in range.
     if (slope_per_s == 0.0) return begin_value;

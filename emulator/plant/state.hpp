@@ -9,9 +9,9 @@
 
 namespace torsio::emulator {
 
-/// An angle as whole turns and the rest. Turning for 1,000 h at 10 rev/s makes 2.3e8 rad, where a
-/// double resolves 3e-8 rad and 3.6e9 additions lose whole counts of an encoder; the rest here
-/// stays below one turn, so that every addition rounds by at most 5e-16 rad, whatever the distance.
+/// An angle as whole turns and the rest. After 1,000 h at 10 rev/s, 2.3e8 rad, a double resolves
+/// 3e-8 rad, and 3.6e9 additions lose whole counts of an encoder. The rest here stays below one
+/// turn, so every addition rounds by at most 5e-16 rad at any distance.
 struct Angle {
   std::int64_t revolutions = 0;
   double fraction_rad = 0.0;  ///< in [0, 2 pi)
@@ -43,9 +43,9 @@ struct Angle {
   }
 };
 
-/// State of the plant. Shaft 0 is shaft A with motor and knob, shaft 1 the spring's pulley B,
-/// shaft 2 the brake C. Shafts that the parts in use make one rigid body have equal speeds and no
-/// twist between them: B and C unless there is a belt, all three without spring and brake.
+/// State of the plant. Shaft 0 is shaft A with motor and knob, shaft 1 the spring's pulley B, shaft
+/// 2 the brake C. Without a belt B and C are one rigid body; without spring and brake all three
+/// are. They then have equal speeds and no twist.
 struct PlantState {
   std::int64_t time_ns = 0;
   Angle knob_angle;                     ///< of shaft A

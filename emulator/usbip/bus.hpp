@@ -29,7 +29,7 @@ struct InPacket {
 
 /// The cable goes in: power and a bus reset.
 void plug();
-/// The cable comes out; whatever was under way is lost.
+/// The cable comes out; all transfers under way are lost.
 void unplug();
 
 /// The host lets the bus sleep, or wakes it.

@@ -25,10 +25,10 @@ Hand still_hand(double angle_rad = 0.0);
 /// An arm that means to move along a path, as stiff as one that holds a small knob firmly.
 Hand firm_hand(Profile intended_angle_rad);
 
-/// Reads a hand. The first line says what the numbers are: `torque_nm` on the knob, `angle_rad`
-/// where a firm hand means to go, or `motion_rad`, which the knob is made to follow exactly. Every
-/// further line is one corner of a piecewise-linear path, `TIME_S VALUE`, in device time; two
-/// corners at the same time make a jump, of a torque only. Text behind `#` does not count.
+/// Reads a hand. The first line names the quantity: `torque_nm` on the knob, `angle_rad` where a
+/// firm hand means to go, or `motion_rad`, which the knob follows exactly. Every further line is
+/// one corner of a piecewise-linear path, `TIME_S VALUE`, in device time; two corners at the same
+/// time make a jump, of a torque only. Text behind `#` does not count.
 /// @param name of the file, for messages
 /// @param start_ns time 0 of the script in device time
 /// @throws BadScript

@@ -230,7 +230,7 @@ void HostController::note_absence(std::size_t endpoint) {
   }
 }
 
-/// The driver asks again: at once for what it would have got meanwhile, but for no more.
+/// The driver asks again. It gets at once the packets that it missed, and no more.
 void HostController::make_up(std::size_t endpoint, std::vector<Completion>& done) {
   Queue& queue = queues_[static_cast<std::size_t>(Direction::in)][endpoint];
   Absence& absence = absences_[endpoint];

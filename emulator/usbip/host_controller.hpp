@@ -1,12 +1,10 @@
-/// @file
-/// A USB host controller without a bus: takes transfers, cuts them into packets and lets the
-/// device's stack answer. Interrupt endpoints move one packet per polling interval, as on a wire;
-/// control transfers are over at once, because the stack needs no time of the world for them.
+/// @file A USB host controller without a bus: takes transfers, cuts them into packets and lets the
+/// device's stack answer. Interrupt endpoints move one packet per polling interval, as on a wire.
+/// Control transfers take no time.
 ///
-/// A driver asks for the next report when it has got the last one, which over a network, or on a
-/// machine with much else to do, takes it longer than an interval. A controller of silicon would
-/// have polled meanwhile, so the polls that a waiting packet has missed are made up for as soon as
-/// the transfer comes.
+/// A driver asks for the next report when it has the last one. Over a network, or on a busy
+/// machine, that takes longer than an interval. A real controller would have polled meanwhile. So
+/// the polls that a waiting packet missed are made up for when the transfer comes.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
-// A host that knows where a ball is and lets the knob feel it: it streams a local model, a spring
-// to where the ball is now, a hundred times a second. The device renders the spring at its own
-// rate, so it feels stiff although the host is slow.
+// The host knows where a ball is and lets the knob feel it. A hundred times a second it streams a
+// local model: a spring to the ball's place. The device renders the spring at its own rate, so it
+// feels stiff although the host is slow.
 #include <cmath>
 #include <exception>
 #include <iostream>

@@ -1,5 +1,5 @@
-// Pushes the emulated knob into a wall, from C#, and so from Unity: what is declared here is what
-// torsio.h declares, for the few functions that this program calls.
+// Pushes the emulated knob into a wall, from C# or Unity. It declares the few functions of torsio.h
+// that it calls.
 using System;
 using System.Globalization;
 using System.Runtime.InteropServices;

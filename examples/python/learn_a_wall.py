@@ -1,8 +1,8 @@
 """Learn to share a wall's torque between motor and brake, and compare with the device's laws.
 
-The cross-entropy method on a policy of 14 numbers: each of many candidates renders walls of several
-stiffnesses on emulated knobs of its own, all of them stepped together in Gymnasium's vector
-environment, and the best draw the next. Gymnasium comes with ``pip install '.[gym]'``.
+The cross-entropy method on a policy of 14 numbers. Each candidate renders walls of several
+stiffnesses on emulated knobs of its own. Gymnasium's vector environment steps all of them together.
+The next candidates are drawn around the best. Gymnasium comes with ``pip install '.[gym]'``.
 
     learn_a_wall.py [GENERATIONS]       30 learn it, in some four seconds of processor time
 """

@@ -47,8 +47,8 @@ constexpr float model_brake(BrakeState& state, const BrakeParams& params, float 
   return sensed_capacity(state, params);
 }
 
-/// The same for a brake that rises and lets go with lags of their own and has hysteresis: a play
-/// behind the coil, whose current has the lag. Without either it is model_brake() to the bit.
+/// The same for a brake with hysteresis and with different lags up and down. The coil's current has
+/// the lag, and a play follows it. Without either it is model_brake() to the bit.
 constexpr float model_real_brake(BrakeState& state, const BrakeParams& params,
                                  float held_command_nm) {
   const float decay = held_command_nm < state.coil_nm ? params.release_decay : params.decay;

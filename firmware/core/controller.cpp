@@ -9,8 +9,8 @@ void keep_ledger(ControllerState& state, std::int32_t delta_counts) {
 }
 
 /// Bounds what the scene asks.
-/// @param in_time_nm how much of that plays in time or comes from beside the scene: its changes are
-///                   none of the knob's motion
+/// @param in_time_nm the part that follows time or does not come from the scene; the knob's motion
+/// does not change it
 float bound_torque(ControllerState& state, const ControllerParams& params, float asked_nm,
                    float in_time_nm, std::int32_t delta_counts) {
   BoundState& bound = state.bound;

@@ -70,8 +70,8 @@ struct PredictiveState {
 };
 
 /// With the bandwidth w the current, once the voltage acts, makes 1 - exp(-w period) of its way in
-/// each period. The share that is learned is small enough for windings whose resistance and
-/// inductance are each a third off, and large enough for the back EMF of the hardest stop.
+/// each period. The learned share is small enough for a winding whose resistance and inductance are
+/// each a third off. It is large enough for the back EMF of the hardest stop.
 /// @param delay_s from a measurement to the voltage that answers it, > 0, at most period_s
 /// @param resistance_ohm, inductance_h, bandwidth_hz, period_s, supply_v all > 0
 constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float inductance_h,
@@ -115,8 +115,8 @@ constexpr float hold_current(PredictiveState& state, const PredictiveParams& par
   return voltage_v * params.share_per_v;
 }
 
-// So many of its own time constants later the coil's current is what the model has: a supply that
-// sags when it is driven hard makes it another for a while.
+// After so many of its own time constants the coil's current equals the model's. A supply that sags
+// when driven hard makes them differ for a while.
 inline constexpr float kRestTimes = 2.0F;
 
 /// For a coil whose current is not measured: a model of the coil gives it.
@@ -138,15 +138,15 @@ struct CoilState {
 };
 
 /// The share of the missing current that remains after a period.
-/// @param lag_s with which the current shall follow, >= 0; longer than inductance / resistance it
-///              follows slower than by itself, shorter faster, as far as the supply goes
+/// @param lag_s with which the current shall follow, >= 0; below inductance / resistance it follows
+/// faster than by itself, as far as the supply goes
 constexpr float coil_follow_decay(float lag_s, float period_s) {
   return lag_s > 0.0F ? exp_negative(period_s / lag_s) : 0.0F;
 }
 
 /// @param lag_s   see coil_follow_decay()
-/// @param erase_a sent backwards in the end; nothing is left of a brake whose torque follows its
-///                current with a play of so much to either side, and of others no more than without
+/// @param erase_a current sent backwards in the end. A brake whose play has this half width keeps
+/// no torque; others keep no more than without it
 /// @param resistance_ohm, inductance_h, period_s, supply_v all > 0
 constexpr CoilParams make_coil(float resistance_ohm, float inductance_h, float lag_s,
                                float period_s, float supply_v, float erase_a = 0.0F) {
@@ -162,10 +162,10 @@ constexpr CoilParams make_coil(float resistance_ohm, float inductance_h, float l
           round_to_u32(kRestTimes * inductance_h / resistance_ohm / period_s)};
 }
 
-/// One period. The voltage may be the whole supply against the current, but never drives it past
-/// what is asked for, so that the coil is not magnetised the other way. After a while without a
-/// target and nearly without current, a little flows backwards for a moment. That removes the
-/// iron's remanence.
+/// One period. The voltage may be the whole supply against the current. It never drives the current
+/// past the target, so the coil is not magnetised the other way. After a while without a target and
+/// nearly without current, a little flows backwards for a moment. That removes the iron's
+/// remanence.
 /// @param target_a >= 0
 /// @returns voltage as a share of the supply, within [-1, 1]
 constexpr float drive_coil(CoilState& state, const CoilParams& params, float target_a) {

@@ -50,7 +50,7 @@ struct ExcitationState {
   float brake_command_nm = 0;
 };
 
-/// Begins a stretch: at rest if none is on, else from where that one is.
+/// Begins a stretch: from the place of the present one, or at rest if none is on.
 void begin_excitation(ExcitationState& state, const Excitation& next, std::int64_t position_counts);
 
 /// One tick. At its end and out of its bounds both commands are zero and `state.end` says why.

@@ -97,8 +97,8 @@ struct AssistParams {
 };
 
 /// Never more than three quarters of the friction: what moves loses energy, however late or wrong
-/// its speed is known, and what rests goes on resting. And no more than there is on the knob's own
-/// side: a swing on the shaft's spring leaves the brake's side, and the friction there, at rest.
+/// its speed is known, and what rests goes on resting. And no more than the friction of the knob's
+/// own side: a swing on the shaft's spring leaves the brake's side at rest.
 /// @param full_rad_s the speed from which on all of it is given, > 0
 constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm,
                                           float brake_drag_nm, float full_rad_s) {

@@ -199,8 +199,8 @@ float knock(ImpactState& state, const Impact& impact, float inward_rad_s) {
                          impact.torque_limit_nm);
 }
 
-/// Allowed part of a push outward: only the energy that it has taken, if the knob goes on moving as
-/// in the last tick, and a count more.
+/// Allowed part of a push outward: the energy that it has taken, and a count more, if the knob
+/// moves on as in the last tick.
 float bound_push(const ImpactState& state, const Impact& impact, const Moment& now, float push_nm) {
   const float inward_rad = -impact.outward * now.motion.delta_rad;
   if (push_nm * inward_rad >= 0.0F) return push_nm;  // it takes
@@ -208,9 +208,8 @@ float bound_push(const ImpactState& state, const Impact& impact, const Moment& n
   return clamp_symmetric(push_nm, larger(state.taken_j, 0.0F) / motion_rad);
 }
 
-/// Its torque, outward. It takes energy from a knob that comes in, and gives some of that back. As
-/// soon as it has given more, but for a count, it ends, so that whatever else is there, nothing can
-/// bounce on it for ever.
+/// Its torque, outward. It takes energy from a knob that comes in, and gives some of that back. It
+/// ends as soon as it has given more than that and a count. So nothing can bounce on it for ever.
 float ask_push(ImpactState& state, const Impact& impact, const Moment& now) {
   const float depth_rad = -impact.outward * distance_rad(impact.surface, now);
   if (depth_rad <= 0.0F) {

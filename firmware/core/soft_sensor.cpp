@@ -22,8 +22,8 @@ int place_of(const ShaftParams& shaft, float torque_nm) {
 
 }  // namespace
 
-/// A tick on the piece where the spring is now, taken for a straight line without end, ends on that
-/// piece or beyond the border that the truth crosses too. So the next piece's line is tried, which
+/// Take the spring's present piece for a straight line without end. A tick then ends on that piece,
+/// or beyond the border that the true curve crosses too. So the next piece's line is tried, which
 /// begins at the same wind; all lines grow, so it ends.
 float cross_knees(SoftSensorState& state, const ShaftParams& shaft, float delta_rad,
                   float capacity_nm, bool driven) {

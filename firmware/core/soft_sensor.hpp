@@ -29,7 +29,7 @@ constexpr float sense_spring(SoftSensorState& state, float stiffness_nm_per_rad,
 /// The same with an inertia on the brake's side, which the spring must drive beyond the brake's
 /// capacity. Its speed after this tick goes with the spring's torque after it
 /// (docs/explanation/theory.md, "Inertia behind the brake"). Stable for any period; without inertia
-/// it is sense_spring() but for rounding.
+/// it equals sense_spring() up to rounding.
 /// @returns spring_torque_nm, beyond the capacity by what the inertia takes
 constexpr float sense_driven_spring(SoftSensorState& state, const BrakeSideParams& brake_side,
                                     float stiffness_nm_per_rad, float delta_rad,

@@ -70,7 +70,7 @@ struct BoundState {
   bool was_bounded = false;         // somewhere in the swing that goes on
   float turned_nm = 0;              // asked at the last turn
   std::uint32_t unexpected_swings = 0;  // that lasted in scenes that the parts could render
-  bool new_scene = true;                // the next change is none of the knob's motion
+  bool new_scene = true;                // the next change does not come from the knob's motion
   float asked_nm = 0;                   // at the last tick: while `on_line`
   float line_nm = 0;     // the torque of the spring that bounds, which may be beyond what is asked
   float in_time_nm = 0;  // its part that does not come from the knob's motion
@@ -134,8 +134,8 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
 }
 
 /// The count has changed and changed back. A knob that does so for ever is driven from count to
-/// count by what one of them switches: a step of the scene, then the sensor's. Each is made less
-/// than friction holds. A knob that goes on is led by a hand.
+/// count by the torque that a count switches: a step of the scene, then one of the sensor. Each is
+/// made less than friction holds. A knob that goes on is led by a hand.
 constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
   if (goes_on) begin_touch(state, now);
@@ -222,7 +222,7 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   if (state.on_line && !(beyond && excess_nm * spring_nm > 0.0F)) line_nm = state.line_nm;
   line_nm += timed_nm + spring_nm;
   if (line_nm * asked_nm <= 0.0F) line_nm = 0.0F;
-  // A torque that is none is a fault and not the bound's; it must not stay here.
+  // A torque that is not finite is a fault. The bound must not keep it.
   if (!is_finite(asked_nm + line_nm)) line_nm = asked_nm;
   const float given_nm = absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
   state.asked_nm = asked_nm;

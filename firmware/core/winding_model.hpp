@@ -48,9 +48,9 @@ struct WindingState {
 // Resistance and supply may each be a third off, and a warm winding has more of the one.
 inline constexpr float kModelErrorShare = 0.4F;
 
-// A winding of a third less than its resistance draws 1.43 times the current, and a supply of a
-// tenth more 1.6 times: the model then has 0.37 of the real current too little. Half of it is
-// missing with a supply of twice the voltage.
+// A winding with a third less resistance draws 1.43 times the current; with a supply a tenth too
+// high it draws 1.6 times. The model then lacks 0.37 of the real current. Half of it is missing
+// with a supply of twice the voltage.
 inline constexpr float kMostTooLow = 0.41F;
 
 // A winding of a third more than its resistance takes 1.3 times the voltage for its current. On a

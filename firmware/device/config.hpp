@@ -72,8 +72,8 @@ protocol::Verdict check_rules(const Report& report,
   return verdict;
 }
 
-/// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a
-/// half times what motor and brake can give together.
+/// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten. It shows one and a half
+/// times the torque of motor and brake together.
 float torque_step_nm(const protocol::ActuatorConfig& config);
 
 }  // namespace torsio::device

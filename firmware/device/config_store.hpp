@@ -51,8 +51,8 @@ std::uint32_t values_checksum(const Config& config);
 /// The calibration as it is true of the values now.
 protocol::CalibrationConfig calibration_now(const Config& config);
 
-/// @param moves_parts the outputs reach a real motor: torques and speed are held low until somebody
-///                    has confirmed the parts, and their values are measured or answered for
+/// @param moves_parts the outputs reach a real motor: torques and speed are held low until the
+/// parts are confirmed and their values are measured or stated
 Trust trust_in(const Config& config, bool moves_parts);
 
 class ConfigStore {

@@ -15,8 +15,8 @@ using protocol::State;
 using protocol::Status;
 
 // A tick that takes longer than its budget, or was missed, costs four; one in time earns one back.
-// Up to one late tick in five is jitter. Sixteen on end are a load that does not fit: the motor has
-// held stale torques meanwhile, and the main loop, which the interrupt pre-empts, stands still.
+// Up to one late tick in five is jitter. Sixteen in a row mean too much load: the motor has held
+// stale torques, and the interrupt has kept the main loop from running.
 constexpr std::uint32_t kLateTickCost = 4;
 constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
@@ -136,8 +136,8 @@ void ControlLoop::see_index(bool level) {
   index_.awake = again || (index_.found && takes_centre_);
 }
 
-/// Moves angle 0 by less than a turn, to where it was when it was saved. Whoever feels a torque
-/// would be pushed by that, so it waits until nobody does.
+/// Moves angle 0 by less than a turn, to where it was when it was saved. A hand that feels a torque
+/// would be pushed, so it waits until there is none.
 void ControlLoop::keep_centre() {
   takes_centre_ = false;
   if (config_.index_counts == kNoPlace) return;

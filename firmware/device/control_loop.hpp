@@ -151,7 +151,7 @@ enum class Phase : std::uint8_t {
 struct Faults {
   std::uint16_t latched = 0;
   std::uint16_t causes = 0;  // faults whose cause is present now
-  bool unpowered = false;    // nobody was armed, and all that was latched may be for want of power
+  bool unpowered = false;    // nobody was armed, and the latched faults may come from missing power
   bool forgives = false;     // what was latched goes with its causes
 
   /// @returns whether any of the causes is latched only now
@@ -160,8 +160,8 @@ struct Faults {
 
 /// Control loop and main loop exchange these.
 struct Mailbox {
-  // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
-  // that no arming comes between the question and what must not happen to an armed device.
+  // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed. So
+  // the device cannot arm between the question and the act that needs it disarmed.
   std::atomic<std::uint32_t> held{0};
   Ring<Answer, 16> answers;
   Ring<LoopSample, 64> samples;
@@ -189,8 +189,8 @@ class ControlLoop {
   Snapshot snapshot() const;
   Now now() const;
   protocol::Ledger ledger() const;
-  /// An order may be given only while none is under way: what it points to is then no longer looked
-  /// at, and every answer is sure of its place.
+  /// An order may be given only while none is under way. Then nothing reads the last order's data,
+  /// and every answer has its place.
   bool takes_order() const { return orders_.empty(); }
   void give(const Order& order);
   void set_connected(bool connected);

@@ -245,7 +245,7 @@ Order Device::order_for(const EffectReport& report) {
 
 template <protocol::Configuration Part>
 Order Device::order_for(const Part& part) {
-  // Only an order can arm, and none is on its way now: what is true here is true in the loop.
+  // Only an order can arm, and none is on its way now. So the loop sees the same state.
   if (armed()) return refusal({Status::not_disarmed});
   // Another report may have come in between.
   if (const Verdict now = check_rules(part, config_, board_.wiring_rule); !now.ok()) {
@@ -281,8 +281,8 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);
   dial_.configure(config_);
-  // A lag of 0 takes the brake out of the sensor's model, which a calibration does to see its own
-  // commands; the coil goes on as it was told before.
+  // A lag of 0 takes the brake out of the sensor's model. Calibration does so to see its own
+  // commands. The coil goes on with the earlier lag.
   const float lag_s = config_.actuator.brake_time_constant_s;
   if (power_ != nullptr && lag_s > 0.0F) power_->set_brake_lag(lag_s);
   if (clears_scene) scene_.clear();

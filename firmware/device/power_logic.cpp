@@ -30,8 +30,8 @@ constexpr float kWindingS = 10.0F;
 constexpr float kCoilS = 100.0F;
 constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often, nor the supply
 
-// A divider of resistors that are a twentieth off is a tenth off, the converter 3 %; supplies are a
-// twentieth off and sag by as much.
+// Resistors that are 5 % off make a divider 10 % off; the converter adds 3 %. Supplies are 5 % off
+// and sag by as much.
 constexpr float kSupplyBand = 0.25F;
 constexpr float kSupplyPeriodS = 0.5e-3F;
 constexpr std::uint8_t kSupplyReadings = 3;   // noise makes one that is wrong
@@ -39,7 +39,7 @@ constexpr std::uint8_t kSupplyReturns = 100;  // at the edge of the band it must
 
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
 
-/// The converter's reading at so large a share of the configured supply; its very end is none.
+/// The converter's reading at this share of the configured supply; below the end of its range.
 std::int32_t supply_steps(const protocol::BoardConfig& config, const PowerBoard& board,
                           float share) {
   const float pin_v = share * config.supply_v / static_cast<float>(config.supply_sense_ratio);

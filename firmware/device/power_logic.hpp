@@ -16,7 +16,7 @@
 
 namespace torsio::device {
 
-/// A board's facts for its power stage, whatever is wired to it.
+/// A board's facts for its power stage, apart from its wiring.
 struct PowerBoard {
   std::uint32_t current_period_ns = 25'000;     // of the current loop
   std::uint32_t output_delay_ns = 25'000;       // from measurement to voltage; at most a period

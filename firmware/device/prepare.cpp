@@ -217,8 +217,8 @@ Verdict prepare(const EffectReport& in, const Resolution& r, core::Effect& effec
   return prepare_effect(in, r, effect);
 }
 
-/// Has the compiler make prepare() for every effect of a list here, not where it is called: this
-/// file is compiled by the rules of the microcontroller. Nobody calls all().
+/// Makes the compiler generate prepare() for every effect of a list here, because this file is
+/// compiled by the microcontroller's rules. Nobody calls all().
 template <class List>
 struct Prepared;
 template <class... EffectReport>

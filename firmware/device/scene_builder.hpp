@@ -12,8 +12,8 @@
 namespace torsio::device {
 
 /// Two scenes: the control loop plays one while the main loop writes the other. A commit hands the
-/// written one over; once the loop has taken it, `taken()` copies it so that the next commit may
-/// change a single effect of it.
+/// written one over. When the loop has it, `taken()` copies it, so the next commit may change a
+/// single effect.
 class SceneBuilder {
  public:
   void put(std::uint8_t slot, const core::Effect& effect);

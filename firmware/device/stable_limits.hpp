@@ -18,7 +18,7 @@ struct StableLimits {
 
 StableLimits make_stable_limits(const Config& config, float period_s);
 
-/// How stiff a bristle of dry friction may be: as it is stable, but no need for it to hold within
+/// How stiff a bristle of dry friction may be: as stiff as is stable, but it need not hold within
 /// less than a count or two.
 /// @param held_nm the torque that it holds, more than 0
 float bristle_nm_per_rad(const StableLimits& limits, float held_nm);

@@ -15,8 +15,8 @@
 
 namespace torsio::protocol {
 
-/// Every report is this long on the wire, report id and zero padding included: one full-speed
-/// interrupt packet, and no operating system has to guess a length.
+/// Every report is this long on the wire, with id and zero padding: one full-speed interrupt
+/// packet. So no operating system has to guess a length.
 inline constexpr std::size_t report_size = 64;
 
 enum class Direction : std::uint8_t {
@@ -30,8 +30,8 @@ enum class Direction : std::uint8_t {
 template <class Struct>
 struct Layout;
 
-/// `names` of the values of an enumeration, which count from 0 without a hole, and whether it is
-/// `open`: then a reader takes a number that it has no name for.
+/// `names` of an enumeration's values, from 0 on without gaps. If it is `open`, a reader accepts a
+/// number without a name.
 template <class Enum>
 struct Enumerators;
 

@@ -80,8 +80,8 @@ class Hash {
 
 /// Hash over the id, direction, field names and types of every report: other layouts give another
 /// one. Wording, ranges and names of values do not enter. The number of values enters only where a
-/// reader refuses an unknown one: a new law parts released hosts and devices, a new board or event
-/// does not.
+/// reader refuses an unknown value. So a new law separates released hosts and devices; a new board
+/// or event does not.
 consteval std::uint32_t fingerprint() {
   detail::Hash hash;
   for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {

@@ -1,6 +1,5 @@
-/// @file
-/// By which numbers and names a knob is known on the USB, stated here and nowhere else:
-/// `./dev generate` writes the numbers into udev's rule and the documents.
+/// @file The numbers and names of a knob on USB. `./dev generate` writes them into udev's rule and
+/// the documents.
 ///
 /// Vendor and product id are pid.codes' numbers for tests. A device that is given away must be
 /// built with numbers of its own.

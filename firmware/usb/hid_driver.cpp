@@ -47,9 +47,8 @@ alignas(4) std::array<std::uint8_t, kEndpointSize> control;
 std::uint8_t high_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value >> 8); }
 std::uint8_t low_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value); }
 
-/// Starts a transfer, unless something has happened on the bus that the stack has not looked at
-/// yet: after a reset the controller's driver has no endpoints any more, while the stack still
-/// believes in them.
+/// Starts a transfer, unless the stack has not yet handled an event of the bus. After a reset the
+/// controller's driver has no endpoints, while the stack still believes in them.
 /// @returns false to try again in the next round
 bool submit(std::uint8_t endpoint, std::array<std::uint8_t, kEndpointSize>& bytes,
             std::size_t size) {

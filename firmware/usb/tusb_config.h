@@ -6,6 +6,6 @@
 #define CFG_TUD_ENDPOINT0_SIZE 64
 #define CFG_TUSB_RHPORT0_MODE (OPT_MODE_DEVICE | OPT_MODE_FULL_SPEED)
 
-/* No class driver of TinyUSB's: its HID driver acknowledges a SET_REPORT before anybody has read
- * it, and takes output reports whether or not there is room for them. See hid_driver.cpp. */
+/* No class driver of TinyUSB's. Its HID driver acknowledges a SET_REPORT before anybody has read
+ * it, and accepts output reports without room for them. See hid_driver.cpp. */
 #define CFG_TUD_HID 0

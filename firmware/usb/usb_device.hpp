@@ -14,8 +14,8 @@ namespace torsio::usb {
 /// The vendor interface: the protocol's reports, into a device and out of it.
 ///
 /// A report lies in the endpoint's buffer, where nothing reaches it any more, until the host asks
-/// for it, once in a frame. So prompt telemetry is put there as late as can be: a quarter of a
-/// frame before the time at which the host took the last report comes round again.
+/// for it, once in a frame. So prompt telemetry is put there as late as possible: a quarter of a
+/// frame before the host's next request is due.
 class ControlFunction final : public HidFunction {
  public:
   ControlFunction(device::Device& device, std::uint32_t control_period_ns);

@@ -25,7 +25,7 @@ concept Listed = requires { Fields<Struct>::name; };
 
 namespace detail {
 
-/// A field has one name on both sides, but for angles: `x_rad` travels as `x_turns_q32`.
+/// A field has one name on both sides. Angles differ: `x_rad` travels as `x_turns_q32`.
 constexpr bool is_same_field(std::string_view host, std::string_view wire) {
   constexpr std::string_view rad = "_rad";
   constexpr std::string_view turns = "_turns_q32";
@@ -46,7 +46,7 @@ consteval std::size_t wire_place(std::string_view host) {
 }
 
 /// Calls `visit(host_field, wire_field)` for each field that both sides have under one name and as
-/// a value: what a rule makes out of several is left to the rule.
+/// a value. Rules across fields do the rest.
 template <class Host, class Wire, class Visit>
 void for_each_pair(Visit&& visit) {
   constexpr const auto& wire_fields = protocol::Layout<Wire>::fields;

@@ -87,7 +87,7 @@ Host read(const Wire& wire, const protocol::Identity& device) {
   return host;
 }
 
-/// The time of a tick, whatever is told of it.
+/// The time of a tick.
 inline double time_s(std::uint64_t tick, const protocol::Identity& device) {
   return static_cast<double>(tick) * (1e-9 * device.control_period_ns);
 }

@@ -227,7 +227,7 @@ void load_config(Knob& knob, std::string_view text) {
     undo.emplace_back([&knob, before] { knob.configure(before); });
   };
   std::function<void()> add_last = [] {};
-  // In their own order, whatever the file's: what is about other values comes behind them.
+  // In their own order, not the file's: a value that depends on others comes behind them.
   const auto prepare = [&](const auto& kind) {
     auto before = (knob.*kind.get)();
     auto after = before;
@@ -239,7 +239,7 @@ void load_config(Knob& knob, std::string_view text) {
     }
     if (!named) return;
     if constexpr (std::is_same_v<decltype(after), ActuatorConfig>) {
-      // It may change places with a pin of the board: it comes behind that, and is none meanwhile.
+      // It may change places with a pin of the board. So it comes later, and is unset until then.
       if (before.encoder_index_pin != after.encoder_index_pin) {
         add_last = [&add, before, after] { add(before, after); };
         before.encoder_index_pin = after.encoder_index_pin = 0;

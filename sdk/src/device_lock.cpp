@@ -26,7 +26,7 @@ std::string lock_directory(const std::string& shared) {
   const char* given = std::getenv("XDG_RUNTIME_DIR");
   if (given != nullptr && ::stat(given, &there) == 0 && there.st_uid == ::getuid()) return given;
   const std::string directory = shared + "/torsio-" + std::to_string(::getuid());
-  (void)::mkdir(directory.c_str(), 0700);  // an existing folder counts, whoever made it
+  (void)::mkdir(directory.c_str(), 0700);  // an existing folder is fine
   const bool own = ::lstat(directory.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
                    there.st_uid == ::getuid() && (there.st_mode & (S_IWGRP | S_IWOTH)) == 0;
   return own ? directory : std::string();

@@ -13,9 +13,8 @@ namespace torsio {
 /// folder, and goes with the lock.
 class DeviceLock {
  public:
-  /// @param shared_directory where the user's own directory is made if there is no such
-  ///        $XDG_RUNTIME_DIR; if what has its name there is another's, a link, or open to others,
-  ///        nothing is locked
+  /// @param shared_directory where the user's own directory is made without $XDG_RUNTIME_DIR. If
+  /// that name is another user's, a link, or open to others, nothing is locked
   /// @throws DeviceBusy if somebody, maybe this very process, holds it, or its file is another
   /// user's
   explicit DeviceLock(const std::string& device_path, const std::string& shared_directory = "/tmp");

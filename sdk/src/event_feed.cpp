@@ -66,9 +66,8 @@ void EventFeed::set_callback(Callback callback) {
   }
 }
 
-/// @returns false if there was nothing to tell; and, with the lock open, in a child that the
-/// callback
-///          forked, which has none of the other threads
+/// @returns false if there was nothing to tell. A child that the callback forked has no other
+/// threads: there it returns false with the lock open
 bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
   if (closed || events.empty() || callback == nullptr) return false;
   const Event event = std::move(events.front());

@@ -33,9 +33,8 @@ constexpr const char* kUdevHint =
 
 }  // namespace
 
-// hidapi before 0.14 uses memory that it has freed when a file opens but does not answer as a
-// hidraw device, so such files must not get there. Only hidapi's libusb backend has paths that name
-// no file.
+// hidapi before 0.14 uses freed memory if a file opens but does not answer as a hidraw device. So
+// it must not get such files. Only hidapi's libusb backend has paths that name no file.
 void refuse_other_files(const std::string& path) {
   struct stat file{};
   if (!path.starts_with('/') || ::stat(path.c_str(), &file) != 0) return;

@@ -1,6 +1,5 @@
-/// @file
-/// The knobs that Linux has, as its files tell. hidapi would tell them too, but Debian's 0.13 ends
-/// the process when a device leaves while it looks (libusb/hidapi, pull request 580).
+/// @file The knobs that Linux has, by its files. hidapi lists them too, but Debian's 0.13 ends the
+/// process when a device leaves meanwhile (libusb/hidapi, pull request 580).
 #pragma once
 
 #include <filesystem>

@@ -84,7 +84,7 @@ class Knob::Impl {
     return info_;
   }
 
-  /// A report in the user's structure, but for what is more than one of its numbers.
+  /// A report in the user's structure, without values that need more than one of its numbers.
   template <class Host, class Report>
   Host read(const Report& report) const {
     return conversion::read<Host>(report, identity());

@@ -7,8 +7,8 @@
 
 namespace torsio {
 
-/// @param real whether the board has a motor that its currents limit, and is held low until its
-///             parts are confirmed and their values known; an emulated one has not
+/// @param real whether the board has a real motor: currents limit it, and it is held low until its
+/// parts are confirmed and known
 Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::ControlConfig& control,
                  const protocol::BoardConfig& board, const protocol::CalibrationConfig& calibration,
                  bool real);

@@ -137,8 +137,8 @@ void Session::throw_if_gone() const {
 }
 
 /// Virtual time: passes from now to the next frame of the cable, but not beyond `limit_ns`. Input
-/// is taken in and signs of life are sent at frames only, which lie at absolute times, so that it
-/// makes no difference how calls cut the time.
+/// is read and signs of life are sent at frames only. Frames lie at absolute times, so it does not
+/// matter how calls cut the time.
 void Session::pass_frame(std::int64_t now_ns, std::int64_t limit_ns) {
   const std::int64_t frame = now_ns / kFrameNs + 1;
   if (frame * kFrameNs > limit_ns) {

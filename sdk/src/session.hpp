@@ -155,7 +155,7 @@ class Session {
   /// beside who reads.
   class Listener {
    public:
-    /// @param into gets the samples behind what it has, in whatever thread they arrive
+    /// @param into gets the samples at its end, in the thread in which they arrive
     Listener(Session& session, TelemetryRecord& into);
     Listener(const Listener&) = delete;
     Listener& operator=(const Listener&) = delete;

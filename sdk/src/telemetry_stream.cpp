@@ -12,8 +12,8 @@ namespace torsio {
 namespace {
 
 // Full speed USB polls once in a millisecond. Where the user names no rate a tenth of that is left
-// for acknowledgements and events. At the full rate each of these makes telemetry a millisecond
-// later, for good; the device's buffer of 64 samples has room for a dozen of them.
+// for acknowledgements and events. At the full rate each of these delays telemetry by a millisecond
+// from then on. The device's buffer of 64 samples has room for a dozen.
 constexpr double kMaxSampleRateHz = 1000.0 * protocol::samples_per_report;
 constexpr double kEasySampleRateHz = 900.0 * protocol::samples_per_report;
 

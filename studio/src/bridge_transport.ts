@@ -1,5 +1,5 @@
-// A knob that `torsio studio` holds for the page, over a WebSocket: a byte that says what, then the
-// report as it is, or several where the device speaks.
+// A knob that `torsio studio` holds for the page, over a WebSocket. A message is a byte that names
+// its kind, then a report; the device's messages may have several.
 
 import { Gone, Inbox, reportsIn, type Transport, type World } from "./transport";
 
@@ -67,7 +67,7 @@ export class BridgeTransport implements Transport, World {
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     return new Promise((resolve, reject) => {
-      // The first message is text: what is at the other end.
+      // The first message is text: it describes the other end.
       socket.onmessage = (event: MessageEvent<string>) => {
         try {
           resolve(new BridgeTransport(socket, greeting(event.data)));

@@ -33,7 +33,7 @@ type Said =
   | { kind: "kept"; path: string; forgets: boolean }
   | { kind: "refused"; why: string };
 
-// Those of the circuit only a knob has that measures its motor's current.
+// Only a knob that measures its motor's current has the circuit's.
 const STEPS = ["current sensor", "signs", "torque constant", "friction and inertia", "winding", "shaft", "brake"];
 const QUICK_STEPS = ["signs", "friction and inertia", "shaft"];
 

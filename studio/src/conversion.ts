@@ -127,7 +127,7 @@ function notchesQ32(effect: Effect, limits: SceneLimits): bigint {
   throw new InvalidValue(`a turn has ${perTurn} notches, allowed are up to ${most}${why}`);
 }
 
-/** What a scene is on the wire: points of its curves first, then a report for each effect. */
+/** A scene on the wire: points of its curves first, then a report for each effect. */
 export interface WireScene {
   reports: { name: string; values: Values }[];
   effects: number;

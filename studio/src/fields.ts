@@ -43,7 +43,7 @@ export interface Report {
   /** Bytes of the fields, without the id. */
   size: number;
   fields: Field[];
-  /** What a new effect is like, so that it can be felt at once; none: it begins empty. */
+  /** Values of a new effect, so that it can be felt at once; none: it begins empty. */
   example?: Example;
 }
 

@@ -214,7 +214,7 @@ export class FirstPower {
     for (const button of this.#acts) button.disabled = !can;
   }
 
-  /** Looks whether a step is done now, and ends a push that has turned the knob, whatever is ticked off. */
+  /** Looks whether a step is done now, and ends a push that has turned the knob. */
   look(seen: Seen): void {
     const pushedRad = this.#pushedRad(seen);
     if (this.#fold.open) this.#steps.forEach((step, i) => this.#lookAt(step, i, seen, pushedRad));

@@ -15,7 +15,7 @@ const SEQUENCE_AT = 1;
 
 const CONFIGURATION_IDS = new Set(CONFIGURATIONS.map((name) => REPORTS[name]!.id));
 
-/** Who keeps what travels. */
+/** Gets every report that is sent or received. */
 export interface Keeper {
   /** The row is used again for the next one. */
   sample(row: ArrayLike<number>, tick: number, counts: number, flags: number): void;
@@ -70,7 +70,7 @@ export class Knob {
   #newestTick = 0;
   #looking: ReturnType<typeof setInterval> | undefined;
   #flagBits = 0;
-  /** Of a knob that lets go: the device names the reason before it is disarmed. */
+  /** Why the knob lets go: the device names the reason before it is disarmed. */
   #fading: string | undefined;
 
   private constructor(readonly transport: Transport, public identity: Identity) {

@@ -169,7 +169,7 @@ function servesKnob(): boolean {
   return knob?.transport instanceof BridgeTransport && !knob.transport.readOnly;
 }
 
-/** Of what `torsio studio` has beside the page. */
+/** Addresses that `torsio studio` serves beside the page. */
 function serverAddress(name: string): URL {
   const address = new URL(name, location.href);
   address.protocol = address.protocol === "https:" ? "wss:" : "ws:";

@@ -159,7 +159,7 @@ export class Plots {
     if (++this.#pictures % WHOLE_EVERY === 0) this.#drawOverAngle();
   }
 
-  /** What a scale shows: what it did while that fits, since a change costs a whole picture. */
+  /** The range of a scale. It stays while it fits, because a change redraws the whole picture. */
   #range(name: keyof typeof SCALES): number[] {
     const held = this.#ranges[name];
     // A range that has become too wide can wait for a later picture; what leaves it cannot.

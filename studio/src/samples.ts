@@ -30,7 +30,7 @@ const LEAP_TICKS = 1e7;
 export class TelemetryDecoder {
   lost = 0;
   received = 0;
-  /** Of the newest report. */
+  /** Time of the newest report. */
   flags = 0;
   decimation = 0;
   #position = 0;
@@ -87,8 +87,8 @@ export class TelemetryDecoder {
 }
 
 /**
- * Samples for curves: the lowest and the highest value of each curve in each step of time,
- * so that no peak is lost and a picture costs the same at any rate. Each sample is looked at once.
+ * Samples for curves: the lowest and the highest value of each curve in each step of time. So no
+ * peak is lost, and a picture costs the same at any rate. Each sample is looked at once.
  */
 export class Steps {
   readonly #low: Float64Array[];

@@ -19,9 +19,9 @@ export type Paper = Pick<CanvasRenderingContext2D, "clearRect" | "fillRect" | "d
 };
 
 /**
- * The newest steps, the newest at the right edge. A column of pixels depends on its own step and the
- * one before, and stands where its time puts it whenever it is drawn: what was drawn before can be
- * moved, by whole pixels, and is what would be drawn there now.
+ * The newest steps, the newest at the right edge. A column of pixels depends on its own step and
+ * the one before, and its place depends on its time alone. So earlier columns are moved by whole
+ * pixels and need not be drawn again.
  */
 export class Strip {
   #drawn: number | undefined;

@@ -2,10 +2,9 @@
 
 Closed loops with a wall and a hand at 1 kHz: by themselves, together with the same plant and with
 one of their own each, and with actions every step; the Gymnasium environment; and how much of that
-more threads bring, in one long step and in steps of a tick: by the clock, of which other programs
-take their share (`load` is how many wanted a processor), and in processor time, which is what one
-thread takes to what several take together. Else processor time of one thread; the least of several
-repeats.
+more threads bring, in one long step and in steps of a tick: by the clock, so other programs matter
+(`load` is how many wanted a processor), and in processor time, which is what one thread takes to
+what several take together. Else processor time of one thread; the least of several repeats.
 """
 
 from __future__ import annotations
@@ -115,7 +114,7 @@ def measure(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
 def one_and_many(
     n: int, ticks: int, at_once: int, threads: int, repeats: int
 ) -> tuple[list[float], list[float]]:
-    """Time one thread and several by turns, so that a busy moment is none of one alone.
+    """Time one thread and several by turns, so that a busy moment meets both.
 
     Returns
     -------

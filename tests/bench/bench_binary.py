@@ -10,8 +10,8 @@ tells for one board, one scenario and one of the two what the paper's study meas
 - ``cut``: the string of a weight is cut; when the knob is out of the wall.
 
 A line with ``apart`` has the difference of what a hand feels of the two, root of the mean square
-and the most; and, as a measure for it, that of two emulated devices whose current sensors have
-other noise.
+and the most; and the same for two emulated devices whose current sensors have other noise, to
+compare with.
 
 The first line of a board tells what a tick costs inside one wall: instructions of its interrupt,
 the time from the encoder to the PWM that the board itself tells, the share of the control period

@@ -15,9 +15,9 @@ that is started and stopped. `median_ms` and `p99_ms` to the first tick whose to
 the change, `whole_median_ms` and `whole_p99_ms` to 99 % of it, after the device's blend; `updates`.
 
 `what` "torque_error", the distance from the effect's closed form: `max_share` and `rms_share`, as
-shares of full torque. Of those that depend on time only: but for 3 ms at their ends and at their
-own jumps. Of a spring: all along a turn to and fro. Of damper and friction: at 10 rad/s. Of
-inertia: at 300 rad/s^2.
+shares of full torque. Effects that depend on time only: without 3 ms at their ends and at their own
+jumps. Of a spring: all along a turn to and fro. Of damper and friction: at 10 rad/s. Of inertia: at
+300 rad/s^2.
 
 `what` "flood", a constant force that is changed as fast as `asked_per_s`: `updates`, `applied`
 (that reached the motor), `median_ms` and `max_ms` of their delay, `first_quarter_max_ms` to see it

@@ -62,7 +62,7 @@ void telemetry(const char* path, double rate_hz, double duration_s) {
 }
 
 /// Seconds of this computer's clock less the device's, and the uncertainty. The device tells the
-/// time of its last tick. Of some answers the one counts that came back soonest after its tick.
+/// time of its last tick. The answer that came back soonest after its tick counts.
 struct ClockOffset {
   double seconds = 0;
   double error_s = 0;

@@ -12,13 +12,13 @@ clock; `--device virtual` plugs in a virtual one, which needs root and the modul
 
 Keys: `benchmark` "usb"; `what` "round_trip", "telemetry" or "loop"; `client` "raw", "cpp" or
 "python"; `kernel` its release; `time` "instructions" or "clock". A round trip has `median_ms`,
-`p99_ms`, `trips`, and but for raw `median_ratio` and `p99_ratio` to raw with `goal_median_ratio`.
-Telemetry has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing between those that were
-read), `samples_dropped` (by the knob, also between the last read and the end of the stream),
-`reader_cpu_s`, `reader_cpu_share` (CPU seconds a second) and `goal_samples_lost`. A loop has
-`rate_hz` of its samples, `period_ms` of its steps, `steps`, `late_steps`, `age_median_ms`,
-`age_p99_ms`, `goal_age_p99_ms` (a frame and a tick), and `age_error_ms`, how far off the two clocks
-may be.
+`p99_ms`, `trips`, and, except for raw, `median_ratio` and `p99_ratio` to raw with
+`goal_median_ratio`. Telemetry has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing
+between those that were read), `samples_dropped` (by the knob, also between the last read and the
+end of the stream), `reader_cpu_s`, `reader_cpu_share` (CPU seconds a second) and
+`goal_samples_lost`. A loop has `rate_hz` of its samples, `period_ms` of its steps, `steps`,
+`late_steps`, `age_median_ms`, `age_p99_ms`, `goal_age_p99_ms` (a frame and a tick), and
+`age_error_ms`, how far off the two clocks may be.
 """
 
 from __future__ import annotations

@@ -144,7 +144,7 @@ const commands = {
     chip.leastLeft = null;
     return true;
   },
-  /** They are counted anyway: from now on the most is that of a tick to come. */
+  /** They count anyway: from now on the maximum is of later ticks. */
   count_instructions() {
     chip.tickInstructions = 0;
     return true;

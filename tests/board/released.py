@@ -1,7 +1,7 @@
 """Released firmware, kept with a recording of each board.
 
-``python -m tests.board.released`` keeps the built firmware as the one of the version in
-``CMakeLists.txt``. Run it when you make a release, and never again for that version.
+``python -m tests.board.released`` keeps the built firmware under the version in ``CMakeLists.txt``.
+Run it when you make a release, and never again for that version.
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ def _check_reaction(lasting_pico: EmulatedPico, danger: Danger) -> None:
     assert passed_ms <= danger.limit_ms(lasting_pico)
     assert told == danger.tells
     assert f"`{told}`" in _documented(danger.name)[1]
-    # The table has the worst of 16 moments. Of a slow fault, others take half as long again.
+    # The table has the worst of 16 moments. A slow fault may take half as long again in others.
     worst_ms = _documented_ms(danger.name)
     assert worst_ms / 2 - FINE_MS <= passed_ms
     if worst_ms < 10.0:

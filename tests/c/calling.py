@@ -44,7 +44,7 @@ def good(lib: ctypes.CDLL, result: int) -> None:
 
 
 def made(lib: ctypes.CDLL, name: str, **fields: Any) -> Any:
-    """Return a structure with its defaults, but for these fields."""
+    """Return a structure with its defaults, except these fields."""
     structure = HEADER.structures[name]()
     good(lib, getattr(lib, f"{name}_init")(ctypes.byref(structure)))
     for field, value in fields.items():

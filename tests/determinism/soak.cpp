@@ -1,6 +1,6 @@
 // A thousand hours of virtual time: emulated knobs live, and every so often trouble ends and they
-// are examined. Whatever came before, the sensor's error is what it was at first, every command is
-// answered in its order, no sample is missing, and the position is the true one.
+// are examined. The sensor's error is then the same as at first, every command is answered in its
+// order, no sample is missing, and the position is true.
 //
 //     torsio_soak [--hours H] [--knobs N] [--threads N] [--seed N] [--minutes M]
 //

@@ -1,8 +1,8 @@
 """Many unplugs, each while something else is going on, at a moment of chance.
 
 ``./dev unplugs [N]`` opens an emulated knob N times (1,000), lets it do something, and pulls its
-plug. Whoever uses it must hear so within a second by the exception that is meant for it, and
-afterwards there must be as many threads, descriptors and as much memory as before.
+plug. The user must get `Disconnected` within a second. Afterwards there must be as many threads and
+descriptors and as much memory as before.
 
 ``./dev unplugs N --kernel 6.12`` does it with a virtual USB knob on a real kernel, in a virtual
 machine; ``tests/vm/guest/test_many_unplugs.py`` is what runs there.

@@ -213,7 +213,7 @@ def lines_of(call: str, *, paced: bool, recorded: bool) -> int:
 
 
 def interrupt_calibration(at: int | None, kind: type[BaseException]) -> tuple[str, Injection]:
-    """End a calibration at a line; the configuration must be the one of before."""
+    """End a calibration at a line; the configuration must be as before."""
     injection = Injection(at, kind)
     with torsio.open("emulated") as knob:
         before = [knob.actuator_config(), knob.control_config()]

@@ -70,7 +70,7 @@ class Device(torsio.Transport):
 
 
 class PacedDevice(Device):
-    """The same in real time, of which each look takes a millisecond of the device's."""
+    """The same in real time; each look takes a millisecond of the device's time."""
 
     time_is_virtual = False
 

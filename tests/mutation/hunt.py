@@ -1,6 +1,6 @@
 """Random mutants of any product line, and whether a test notices: ``./dev mutate --random N``.
 
-Those of C++ are choices at run time, compiled once: into a program with all C++ tests, and into a
+Mutants of C++ are choices at run time, compiled once: into a program with all C++ tests, and into a
 Python module. Each test says once what it reaches. A mutant is tried with the tests that reach it,
 until one fails; such a test must pass without the mutant. Lines of Python and TypeScript change in
 a copy of the tree. ``results.jsonl`` keeps what became of each, so that a run that was ended goes
@@ -113,7 +113,7 @@ def to_blame(log: str, mutated: dict[str, str]) -> set[int]:
 
 
 def build(changes: Sequence[Change], tinyusb: str) -> tuple[Path, set[int]]:
-    """Compile all choices, but for those that do not compile; return where, and which are in."""
+    """Compile all choices that compile; return where, and which are in."""
     keys = set(json.loads(LEFT_OUT.read_text(encoding="utf-8")) if LEFT_OUT.exists() else [])
     left_out = {number for number, change in enumerate(changes, 1) if change.key in keys}
     options = (

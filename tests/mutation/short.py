@@ -1,4 +1,4 @@
-"""A part of the mutants in every test run: those of the device that its own tests kill.
+"""A part of the mutants in every test run: mutants of the device that its own tests kill.
 
 Compiling all tests a second time takes minutes. Here only the mutated sources of ``firmware/core``
 and ``firmware/device`` are, and linked with the objects of the device's tests that the preset
@@ -146,7 +146,7 @@ def build(log: Path) -> Path:
 
 
 def chosen(mutants: Sequence[Mutant]) -> list[Mutant]:
-    """Return the mutants of a test run: the ones of the device's own code whose turn it is."""
+    """Return the mutants of a test run: mutants of the device's own code, by turns."""
     compiled = [
         mutant
         for mutant in mutants

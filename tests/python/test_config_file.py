@@ -1,4 +1,4 @@
-"""`torsio.load_config`: what is in a text, and what may be wrong with it."""
+"""`torsio.load_config`: a text's content and its possible faults."""
 
 from __future__ import annotations
 

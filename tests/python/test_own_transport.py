@@ -55,7 +55,7 @@ class Simulated(torsio.Transport):
 
 
 class Hurrying(Simulated):
-    """In real time, of which each look takes a millisecond of the device's, and from threads."""
+    """In real time, where each look takes a millisecond of the device's time, and from threads."""
 
     time_is_virtual = False
 

@@ -1,4 +1,4 @@
-"""The controller in 64 bits decides what the device's does, but for rounding."""
+"""The controller in 64 bits decides as the device's does, up to rounding."""
 
 from __future__ import annotations
 

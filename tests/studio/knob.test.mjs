@@ -38,7 +38,7 @@ const timers = {
   },
 };
 
-/** A device that answers as one should, but for the features in `lies`. */
+/** A device that answers as one should, except the features in `lies`. */
 class Device {
   title = "liar";
   closed = false;

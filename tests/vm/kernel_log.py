@@ -52,7 +52,7 @@ def complaints(raw_log: str, marks: Collection[str] = ()) -> list[str]:
     raw_log
         The log.
     marks
-        Those of `HARMLESS_WITH_MARK` that the tests which ran meanwhile carry.
+        Marks of `HARMLESS_WITH_MARK` that the tests of that time carry.
     """
     harmless = [*HARMLESS, *(text for mark in marks for text in HARMLESS_WITH_MARK[mark])]
     found: list[str] = []

@@ -99,7 +99,7 @@ def network(environment: Mapping[str, str], pip: str, npm: Mapping[str, str]) ->
     pip
         Output of ``pip config list``.
     npm
-        Settings of npm; ``null`` and ``undefined`` are none.
+        Settings of npm; ``null`` and ``undefined`` count as empty.
     """
     found: dict[str, str] = {}
     for name, value in re.findall(r"^[\w:.-]*?\.?([\w-]+)='(.*)'$", pip, re.MULTILINE):

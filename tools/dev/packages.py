@@ -98,7 +98,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
             ("qemu-user", _program("qemu-aarch64")),
         ),
-        # Whose programs use the C interface in the tests, and what compares it with the released.
+        # For tests of the C interface: compilers of other languages, and abidiff.
         "languages": (
             ("mono-mcs", _program("mcs")),
             ("mono-runtime", _program("mono")),

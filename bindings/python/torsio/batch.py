@@ -1,8 +1,8 @@
 """Thousands of closed loops that go on together, for learning and for statistics.
 
-Each is what `torsio.closed_loop.ClosedLoop` is, controller, encoder, plant and hand, and does to
-the bit what it would do alone, for any number of threads. States and actions are arrays over the
-loops that are looked at and written where they are.
+Each is a `torsio.closed_loop.ClosedLoop`: controller, encoder, plant and hand. It does the same as
+alone, to the bit, for any number of threads. States and actions are arrays over the loops that are
+looked at and written where they are.
 
 >>> import torsio
 >>> from torsio.batch import Knobs, LoopOptions

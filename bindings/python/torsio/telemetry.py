@@ -113,8 +113,8 @@ LOOP_DTYPE: Final[np.dtype[Any]] = np.dtype(
     ],
     align=True,
 )
-"""One control tick: what is true when it samples the encoder, and what it decides then. Torques on
-the knob."""
+"""One control tick: the truth when it samples the encoder, and its decisions then. Torques on the
+knob."""
 
 FLAG_STATE_MASK: Final = 0x03
 """The two lowest bits: 0 disarmed, 1 armed, 2 fault."""

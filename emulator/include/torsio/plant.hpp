@@ -181,8 +181,8 @@ struct PlantParams {
   double encoder_phase_counts = 0.0;  ///< where in a count angle 0 lies
   double encoder_noise_counts = 0.0;  ///< standard deviation; 0 leaves the noise out; >= 0
   /// part: spring and brake. Without it knob and brake are one rigid body and the brake never
-  /// engages. This suits the law motor_only and saves about a third of the plant's time. The parts
-  /// below, but for cogging, need it
+  /// engages. This suits the law motor_only and saves about a third of the plant's time. All parts
+  /// below except cogging need it
   bool spring_and_brake = true;
   std::optional<ShaftHardening> shaft_hardening{};    ///< part: the spring has knees
   std::optional<BrakeHysteresis> brake_hysteresis{};  ///< part: play in the brake

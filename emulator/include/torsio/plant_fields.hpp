@@ -237,7 +237,7 @@ struct Fields<PlantParams> {
         field("spring_and_brake", &PlantParams::spring_and_brake, "", -kNoLimit, kNoLimit,
               "part: spring and brake. Without it knob and brake are one rigid body and the brake "
               "never engages. This suits the law motor_only and saves about a third of the plant's "
-              "time. The parts below, but for cogging, need it"),
+              "time. All parts below except cogging need it"),
         field("shaft_hardening", &PlantParams::shaft_hardening, "", -kNoLimit, kNoLimit,
               "part: the spring has knees"),
         field("brake_hysteresis", &PlantParams::brake_hysteresis, "", -kNoLimit, kNoLimit,

@@ -33,8 +33,8 @@ constexpr Basis make_basis() {
 }
 constexpr Basis kBasis = make_basis();
 
-/// The root in (low, high), where the polynomial changes once from positive to negative: Newton
-/// from s on, or a bisection where Newton would leave the bracket.
+/// The root in (low, high), where the polynomial changes once from positive to negative. Newton's
+/// method begins at s; a bisection replaces a step that leaves the bracket.
 double refine(const Polynomial& polynomial, double low, double high, double s) {
   std::size_t degree = kCount - 1;
   while (degree > 1 && std::abs(polynomial[degree]) <= 1e-18 * std::abs(polynomial[0])) --degree;

@@ -17,9 +17,9 @@ using Polynomial = std::array<double, kPolynomialDegree + 1>;
 /// bits of s; 0 if it starts out negative or leaves zero downwards. A dip below zero by no more
 /// than the tolerance, as rounding makes where a curve touches zero, does not count.
 ///
-/// No crossing is missed, however close together two of them are: the coefficients over Bernstein's
-/// basis enclose the curve, and their changes of sign bound the number of roots (Descartes), so
-/// an interval is only left when it is certain what happens in it.
+/// No crossing is missed, however close two of them are. The coefficients over Bernstein's basis
+/// enclose the curve, and their changes of sign bound the number of roots (Descartes). An interval
+/// is left only when its roots are certain.
 [[nodiscard]] std::optional<double> first_crossing(const Polynomial& polynomial, double tolerance);
 
 }  // namespace torsio::emulator

@@ -26,9 +26,9 @@ inline Pair magnitude(Pair pair) {
   return std::bit_cast<Pair>(std::bit_cast<Bits>(pair) & Bits{kAllButSign, kAllButSign});
 }
 
-/// Quantities watched for events, each a linear function of the state: the room that friction has
-/// on knob and brake, which is the speed of a shaft that slips or what is left of the friction that
-/// holds it; and what is linear in pieces only, the shaft's twist and the knob's travel.
+/// Quantities watched for events, each a linear function of the state. Two are the room of friction
+/// on knob and brake: the speed of a shaft that slips, or the friction left on one that is held.
+/// The others are linear in pieces: the shaft's twist and the knob's travel.
 constexpr int kKnob = 0;
 constexpr int kBrake = 1;
 constexpr int kTwisted = 0;
@@ -195,8 +195,8 @@ template <int kShafts>
                                   std::span<Rung<kShafts>> rungs) {
   using C = Chain<kShafts>;
   using Vector = typename C::Vector;
-  // A bend is largest near a sample, not at one; of a sine of 2 rad a step, the fastest that a rung
-  // is used for, 8 samples find all but 1 %, of a fast decay all but 1/8.
+  // A bend is largest near a sample, not at one. A rung's fastest sine has 2 rad a step: there 8
+  // samples find all but 1 %. In a fast decay they find all but 1/8.
   constexpr double kMargin = 1.2;
 
   for (std::size_t drive = 0; drive < C::kDrives; ++drive) {

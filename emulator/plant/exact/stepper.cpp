@@ -1,13 +1,13 @@
-// The exact stepper. Between events the plant is linear, z' = M z, and exp(M t) takes it as far as
-// one likes in one go; events are where friction lets go or catches, where the shaft spring passes
-// its knee, and where the cogging goes on to its next straight piece.
+// The exact stepper. Between events the plant is linear, z' = M z, and exp(M t) takes it any
+// distance in one step. At an event friction lets go or catches, the shaft spring passes its knee,
+// or the cogging begins its next straight piece.
 //
 // Each regime has a ladder of step lengths h, h/2, h/4, ... with their exponentials. A step first
-// tries the longest rung. It is taken if a bound makes certain that no event lies within; otherwise
-// the way is cut into cells as long as the last rung, and whole rungs of them are taken up to the
-// cell where the event appears to lie. Within a cell the solution is its Taylor series, and the
-// first root of each watched quantity is isolated and refined on that polynomial; another one leads
-// from the event to the end of its cell, from where rungs fit again.
+// tries the longest rung. It is taken if a bound proves that no event lies within. Otherwise the
+// way is cut into cells as long as the last rung, and whole rungs lead up to the cell where the
+// event appears to lie. Within a cell the solution is its Taylor series. The first root of each
+// watched quantity is isolated and refined on that polynomial. A second series leads from the event
+// to the end of the cell, where rungs fit again.
 
 #include "emulator/plant/exact/stepper.hpp"
 

@@ -19,7 +19,7 @@ struct DetentParams {
   std::uint32_t ramp_ticks = 1;  // in which they rise or fall
 };
 
-/// @param personality that the device has started with, whatever it is to be the next time
+/// @param personality that the device has started with
 DetentParams make_detent_params(const Config& config, std::uint32_t period_ns,
                                 protocol::Personality personality);
 

@@ -3,9 +3,9 @@
 /// are asked for while somebody turns it. It belongs to the main loop; what the control interrupt
 /// renders is in detents.hpp.
 ///
-/// A notch is exactly 120 units, whatever way and however fast the knob comes to it: units are told
-/// from the position and not from its changes. Within an eighth of a pitch of a notch they do not
-/// change, so that wherever friction lets the knob rest in it, it is in it.
+/// A notch is exactly 120 units at any speed and in both directions, because units follow from the
+/// position and not from its changes. Within an eighth of a pitch of a notch they do not change. So
+/// a knob that friction holds in a notch counts as in it.
 #pragma once
 
 #include <cstddef>
@@ -84,8 +84,8 @@ class Dial {
   std::uint32_t deaf_ticks_ = 1;
 
   Moment now_;
-  // Where the host believes the knob to be, but for whole detents that it never heard of: it sums
-  // up units, and counts a detent wherever 120 are full. So its sum must be full in the notches.
+  // Where the host believes the knob to be, apart from whole detents that it was never told of. The
+  // host sums up units and counts a detent at every 120. So its sum must be full in the notches.
   std::int64_t told_units_ = 0;
   std::int32_t given_units_ = 0;  // of them, in the report that is on its way
   Debt debt_ = Debt::none;

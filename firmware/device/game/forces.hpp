@@ -26,7 +26,7 @@ namespace torsio::device::game {
 
 /// A force that depends on time only: constant, ramp and the periodic ones.
 struct TimedForce {
-  // amplitude * shape + offset. The amplitude is peak_nm, but for attack and fade.
+  // amplitude * shape + offset. The amplitude is peak_nm outside attack and fade.
   float peak_nm = 0;
   float attack_nm = 0;  // attack level minus peak
   float attack_fall_per_tick = 0;

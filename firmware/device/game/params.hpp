@@ -34,7 +34,7 @@ constexpr float share_of(std::uint8_t percent) { return static_cast<float>(perce
 
 GameScale make_game_scale(const Config& config, std::uint32_t period_ns);
 
-/// @param personality that the device has started with, whatever it is to be the next time
+/// @param personality that the device has started with
 ForceParams make_force_params(
     const Config& config, std::uint32_t period_ns,
     protocol::Personality personality = protocol::Personality::game_controller);

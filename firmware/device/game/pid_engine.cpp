@@ -345,8 +345,8 @@ void PidEngine::watch_silence() {
 }
 
 /// Systems fetch input reports for as long as a program has the device open, whether it reads them
-/// or not. While something plays there is one to fetch in each heartbeat; if none is fetched any
-/// more, the program that began it is gone. One that never fetched any is a driver of its own.
+/// or not. While an effect plays, each heartbeat has a report to fetch. If nobody fetches it, the
+/// game has ended. One that never fetched any is a driver of its own.
 void PidEngine::watch_reader() {
   if (!reader_ || now_.tick - asked_tick_ <= scale_.abandoned_ticks || !holds_any()) return;
   leave_all();

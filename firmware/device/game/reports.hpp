@@ -279,7 +279,7 @@ struct PidLayout<DeviceGain> : Heading<0x1D, Main::output, 0x7D> {
 
 struct CreateEffect {
   std::uint8_t type = 0;
-  std::uint16_t custom_bytes = 0;  // of custom forces, which there are none of
+  std::uint16_t custom_bytes = 0;  // of custom forces, which do not exist here
 };
 template <>
 struct PidLayout<CreateEffect> : Heading<0x21, Main::feature, 0xAB> {

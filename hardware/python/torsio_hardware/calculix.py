@@ -1,7 +1,7 @@
 """The same arm by CalculiX in three dimensions: a second opinion by another program.
 
-With `thin` the arm is a film whose faces are free, which is plane stress; without it, it has its
-true width and is held at both ends as by hub and rim: then it is a plate, and a little stiffer.
+With `thin` the arm is a film with free faces: plane stress. Otherwise it has its true width and is
+held at both ends as by hub and rim: a plate, a little stiffer.
 """
 
 from __future__ import annotations

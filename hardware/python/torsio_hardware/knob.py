@@ -122,9 +122,9 @@ class Knob:
     def figures(self) -> dict[str, float]:
         """Give what to expect of it, of the law `compensated` at the board's rate.
 
-        Closed forms, and the measures of the study of designs if that package is installed: the
-        softest spring that keeps swinging, the torque that is missing on the way out of a wall of
-        30 mN m/deg, and how far it is off on both ways.
+        Closed forms, and the measures of the study `design` if its package is installed: the
+        softest spring that keeps swinging, and in a wall of 30 mN m/deg the missing torque on the
+        way out and the errors both ways.
         """
         plant, control = self.plant(), torsio.ControlConfig(law="compensated")
         motor, drag = plant.motor_limit_nm, plant.knob_coulomb_nm + plant.brake_drag_nm

@@ -118,7 +118,7 @@ def _meter(bench: Bench) -> Shown:
 
 
 def _doctor(bench: Bench) -> Shown:
-    """Ask `doctor`, but for clocks and answers: they mean nothing where time is virtual."""
+    """Ask `doctor`, without clocks and answers: they mean nothing in virtual time."""
     device, health = bench.device, bench.device.health()
     facts = KnobFacts(
         info=device.info,

@@ -957,8 +957,8 @@ typedef struct torsio_plant_params {
   /// standard deviation; 0 leaves the noise out; >= 0
   double encoder_noise_counts;
   /// part: spring and brake. Without it knob and brake are one rigid body and the brake never
-  /// engages. This suits the law motor_only and saves about a third of the plant's time. The parts
-  /// below, but for cogging, need it; at first true
+  /// engages. This suits the law motor_only and saves about a third of the plant's time. All parts
+  /// below except cogging need it; at first true
   bool spring_and_brake;
   /// part: the spring has knees; NULL: without
   const torsio_shaft_hardening* shaft_hardening;

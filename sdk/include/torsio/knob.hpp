@@ -103,8 +103,8 @@ struct OpenOptions {
 /// until a file was copied onto the drive or it was unplugged. This also works for devices of other
 /// releases.
 /// @param options of these `emulator`, `command_timeout_s` and `interrupted`
-/// @throws Refused (unsupported: it has no boot loader, as an emulated one); as Knob::open(), but
-///         for ProtocolMismatch; Timeout
+/// @throws Refused (unsupported: it has no boot loader, like an emulated one); as Knob::open(),
+/// except ProtocolMismatch; Timeout
 TORSIO_EXPORT void start_bootloader(std::string_view selector = {},
                                     const OpenOptions& options = {});
 
@@ -183,8 +183,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
   [[nodiscard]] ReportBytes feature(std::uint8_t report_id);
   /// Effects of games on the device.
   [[nodiscard]] GameStatus game_status();
-  /// The effects that games have made, in the order of their blocks. Those of one report are of the
-  /// same moment, three of them.
+  /// The effects that games have made, in the order of their blocks. The three of one report are of
+  /// the same moment.
   [[nodiscard]] std::vector<GameEffect> game_effects();
 
   // Actions -----------------------------------------------------------------------------

@@ -26,9 +26,8 @@ enum class Seat : std::uint8_t { nowhere, knob, far_shaft };
 ///     J0 w0' = Thand + [Tm] + Ts - b0 w0 - friction0,    Ts = -K (th0 - th1) - c (w0 - w1)
 ///     J1 w1' =         [Tm] - Ts - b1 w1 - friction1
 ///
-/// Friction is set-valued. A brake adds to the friction of its shaft; it may hold more against
-/// motion one way than the other (one-way bearings), and it may be fixed to something that turns
-/// itself (a clutch).
+/// Friction is set-valued. A brake adds to the friction of its shaft. It may hold more one way than
+/// the other (one-way bearings), or be fixed to a part that turns (a clutch).
 struct MachineParams {
   Shaft knob;
   Shaft far_shaft;                    ///< only with has_far_shaft

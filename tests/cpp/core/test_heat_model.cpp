@@ -1,4 +1,5 @@
-// How warm a winding is, against closed forms of one that loses heat in proportion to its warmth.
+// How warm a winding is, against closed forms of a winding that loses heat in proportion to its
+// warmth.
 #include <doctest/doctest.h>
 
 #include <cmath>

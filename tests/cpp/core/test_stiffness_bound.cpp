@@ -311,7 +311,7 @@ TEST_CASE("swings that last are unexpected where the parts could render all that
     }
     return bench.state.unexpected_swings;
   };
-  // Of eight half swings one still goes on, and the first three may come from a push.
+  // One of eight half swings still goes on, and the first three may come from a push.
   CHECK(unexpected(0.0, 0.0F) == 4);
   CHECK(unexpected(0.0004, 0.0F) == 4);
   CHECK(unexpected(0.0015, 0.0F) == 0);  // steeper than a third of what is stable

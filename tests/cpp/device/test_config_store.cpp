@@ -179,7 +179,7 @@ TEST_CASE(
   CHECK(loads([](Bytes&) {}));
   CHECK_FALSE(loads([](Bytes& bytes) { bytes[0] ^= 1; }));                  // the mark "TORS"
   CHECK_FALSE(loads([](Bytes& bytes) { put_u32(bytes, 4, 0x12345678); }));  // another layout
-  // Each report begins with its id; a wrong one is none.
+  // Each report begins with its id; a wrong id is refused.
   CHECK_FALSE(loads([](Bytes& bytes) { bytes[20] ^= 1; }));
   const auto never = [](const BoardConfig&, std::uint8_t) {
     return std::optional<torsio::device::PinConflict>(torsio::device::PinConflict{});

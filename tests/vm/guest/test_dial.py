@@ -1,7 +1,7 @@
 """The knob as a dial, as Linux's own drivers and libinput see it.
 
-The kernel's hid-input asks for the fine resolution and gives REL_WHEEL_HI_RES, of which 120 are a
-detent; libinput's own tool says what a desktop makes of that.
+The kernel's hid-input asks for the fine resolution and gives REL_WHEEL_HI_RES, 120 a detent;
+libinput's own tool says what a desktop makes of that.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A program for Windows with the library takes the knob that is plugged in, under Wine.
 
-The library's hidapi is the one of the wheels. It does not begin with Wine 8, which lacks functions
-of Windows's ``cfgmgr32.dll``; ``tools/wine/cfgmgr32.c`` has them. ``./dev test games``.
+The library's hidapi is the wheels' hidapi. It does not begin with Wine 8, which lacks functions of
+Windows's ``cfgmgr32.dll``; ``tools/wine/cfgmgr32.c`` has them. ``./dev test games``.
 """
 
 from __future__ import annotations

@@ -226,4 +226,4 @@ class _Plugs:
 
 
 _PLUGS: dict[str, _Plugs] = {}
-"""Those of the tests that run, by their names."""
+"""The knobs of the tests that run, by the tests' names."""

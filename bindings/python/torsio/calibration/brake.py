@@ -118,7 +118,7 @@ def _braked(
 ) -> Array:
     """Answer of a brake whose coil lags, and whose torque follows the coil with a play.
 
-    `first` is what is left of it without current.
+    `first` is the torque left without current.
     """
     result = np.full(len(time_s), first)
     current, torque = float(commands[0]), first
@@ -138,7 +138,7 @@ def _braked(
 
 
 def _targets(commands: Array, half_width_nm: float, left: float) -> Array:
-    """Give where a brake of gain 1 goes to, command by command; `left` is what it holds without."""
+    """Give where a brake of gain 1 goes, command by command; `left` is its torque without."""
     return np.where(commands == 0.0, left, play_of(commands, half_width_nm, left))
 
 

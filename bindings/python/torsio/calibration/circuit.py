@@ -75,7 +75,7 @@ def listen_at_rest(player: Player, board: BoardConfig) -> tuple[Quantity, Quanti
 
 
 def pulse(player: Player, board: BoardConfig, *, motor_nm: float) -> None:
-    """Give the motor small pulses, and look whether the current is what the voltage should make.
+    """Give the motor small pulses, and compare the current with the voltage.
 
     Raises
     ------
@@ -227,7 +227,7 @@ class Circuit:
         }
 
     def scaled(self, quantity: Quantity) -> Quantity:
-        """Give what is a torque over something with the uncertainty of every torque."""
+        """Give a quantity that is proportional to torque, with every torque's uncertainty."""
         if not quantity.name.endswith(_OF_TORQUE):
             return quantity
         sigma = math.hypot(quantity.standard_uncertainty, self.torque_share * quantity.value)

@@ -70,7 +70,7 @@ class Cogging(checks.ShortRepr):
         return result
 
     def sigma_nm(self, angle_rad: Array) -> Array:
-        """Give that torque's standard uncertainty, with what was not found, shape (n,)."""
+        """Give that torque's standard uncertainty, with the waves not found, shape (n,)."""
         slopes = self._slopes(angle_rad)
         variance = np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes)
         result: Array = np.sqrt(np.maximum(variance, 0.0) + 0.5 * self.left_nm**2)

@@ -65,7 +65,7 @@ class Drive:
     added_kg_m2: float = 0.0
 
     def missing_nm(self, told_nm: Array, speed_rad_s: Array) -> Array:
-        """Give what is missing of a torque, with its sign."""
+        """Give the missing part of a torque, with its sign."""
         constant = self.torque_constant_nm_per_a
         voltage_v = self.resistance_ohm / constant * told_nm + constant * speed_rad_s
         share = np.clip(voltage_v / self.supply_v, -1.0, 1.0)

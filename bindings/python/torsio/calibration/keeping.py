@@ -46,7 +46,7 @@ def kept(serial: str) -> dict[str, Any] | None:
 
 @dataclass(frozen=True)
 class Drift:
-    """A quantity that is not what it was."""
+    """A quantity that has changed."""
 
     name: str
     before: float

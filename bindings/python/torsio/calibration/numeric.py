@@ -109,8 +109,8 @@ def gauss_newton(
 def kernel(half_width: int, period_s: float) -> tuple[Array, Array, Array]:
     """Give a smooth window of sum 1 and its first two differences, all of 2 half_width + 3 points.
 
-    To weigh data with the differences is to weigh their derivatives with the window, exactly: what
-    is measured is never differentiated.
+    Data weighed with the differences are exactly derivatives weighed with the window. So
+    measurements are never differentiated.
     """
     place = np.linspace(-1.0, 1.0, 2 * half_width + 1)
     window = (1.0 - place**2) ** 4

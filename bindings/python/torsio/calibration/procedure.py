@@ -256,7 +256,7 @@ def _with_drives(
     plan: _Plan,
     drive: Drive,
 ) -> _Found:
-    """Widen the uncertainties by what this drive leaves out, and by what others would give."""
+    """Widen the uncertainties by the errors of this drive and of other drives."""
     found = {name: with_left_out(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
     if not drive.predicts:
         found = {name: with_left_out(of, LEFT_OUT_BY_SIMPLE_LOOP) for name, of in found.items()}

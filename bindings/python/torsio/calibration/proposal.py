@@ -214,7 +214,7 @@ _PROPOSED_FROM: Final = {
 def _proposed(
     actuator: ActuatorConfig, quantities: dict[str, Quantity]
 ) -> tuple[dict[str, float], dict[str, Any]]:
-    """Give what was found, but for changes that are noise, and the uncertainties of that.
+    """Give the found values and their uncertainties, without changes that are noise.
 
     Keep the configured value if it lies in the interval. Use zero if zero lies in it.
     """
@@ -240,11 +240,11 @@ def _proposed(
 
 
 def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> float:
-    """Give what may be taken off the friction: that is there for certain, and wears off.
+    """Give the assist: the certain friction, less a reserve for wear.
 
-    The remains of the brake's loop are not: a knob that has not braked yet is without them. Nor is
-    what holds a steady pull, or a knob that is pushed that way would go on. Keep the configured
-    value if the difference may be noise.
+    The remains of the brake's loop are not: a knob that has not braked yet is without them. The
+    part that holds a steady pull stays too; otherwise a knob pushed that way would go on. Keep the
+    configured value if the difference may be noise.
     """
     # The sum is at least as certain as the drag, which is all friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]

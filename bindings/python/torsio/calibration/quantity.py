@@ -48,7 +48,7 @@ class Quantity:
         return low <= value <= high
 
     def less(self, name: str, part: Quantity, meaning: str) -> Quantity:
-        """Give what is left of it without a part that was measured by itself."""
+        """Give the rest, without a part that was measured by itself."""
         sigma = math.hypot(self.standard_uncertainty, part.standard_uncertainty)
         return Quantity(name, self.value - part.value, sigma, meaning)
 

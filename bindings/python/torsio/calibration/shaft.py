@@ -173,7 +173,7 @@ def _straight(edges: _Edges) -> Solution:
 
 
 def _bent(edges: _Edges, start: Solution) -> Solution:
-    """Fit stiffness, rest angle, friction, knee, what is added beyond it and half the backlash."""
+    """Fit stiffness, rest angle, friction, knee, stiffness beyond it and half the backlash."""
     stiffness, offset, coulomb = start.value[:3]
     rest = -offset / stiffness
     best: Solution | None = None
@@ -381,7 +381,7 @@ def estimate_shaft(
 
 
 def _shape_nm(residual: Array) -> float:
-    """Give the amplitude of what is no noise in the residuals of neighbours."""
+    """Give the amplitude of the residuals that neighbours share: they are no noise."""
     means = residual[: len(residual) // _NEIGHBOURS * _NEIGHBOURS].reshape(-1, _NEIGHBOURS).mean(1)
     shape, noise = float(np.mean(means**2)), float(np.mean(residual**2)) / _NEIGHBOURS
     return math.sqrt(2.0 * (shape - noise)) if shape > _SHAPELY * noise else 0.0

@@ -49,7 +49,7 @@ def _call(of: Any, written: dict[str, str]) -> str:
 
 
 def _is_huge(value: Any) -> bool:
-    """Tell what is not worth writing: a million values take a second."""
+    """Tell which part is not worth writing: a million values take a second."""
     return isinstance(value, Sized) and len(value) > _MOST_VALUES
 
 
@@ -167,7 +167,7 @@ def numbers(name: str, values: Any) -> tuple[float, ...]:
 
 
 def each(name: str, values: Any, wanted: str) -> Iterator[Any]:
-    """Iterate over what is no text."""
+    """Iterate over anything except text."""
     try:
         if isinstance(values, str | bytes):
             raise TypeError

@@ -13,7 +13,7 @@ VARIABLE = "TORSIO_DOCUMENTS"
 
 
 def _site() -> str:
-    """Give the address of the documents' site; empty if there is none.
+    """Give the address of the documents' site, or an empty text.
 
     The project's own stands in `pyproject.toml` and nowhere else: the address named Documentation.
     """

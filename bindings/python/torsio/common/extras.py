@@ -58,7 +58,7 @@ def how_to_install(extra: str) -> str:
 
 
 def lacking(what: str, extra: str, error: ModuleNotFoundError) -> str:
-    """Say which package of an extra `what` needs; what lacks inside a library is raised again."""
+    """Say which package of an extra `what` needs; raise what a library itself lacks."""
     if error.name not in (re.split(r"[^\w-]", one)[0] for one in _requirements(extra)):
         raise error
     return (

@@ -15,7 +15,7 @@ err: Console = Console(stderr=True, highlight=False)
 
 
 def line(console: Console, text: str) -> None:
-    """Print a line as it stands, however long and whatever letters a path in it has."""
+    """Print a line as it stands, without markup and without wrapping."""
     console.print(text, markup=False, emoji=False, soft_wrap=True)
 
 

@@ -177,7 +177,7 @@ class KnobRecording:
             pass
 
     def _take(self, write: Callable[[Any], None], call: Callable[..., Any], *given: Any) -> None:
-        """Take something out of the knob; whatever comes, it is in the file's queue then."""
+        """Take something out of the knob and into the file's queue, also if an error follows."""
         if self._file is None or not self._file.is_open:
             call(*given)
         else:
@@ -263,6 +263,6 @@ class KnobRecording:
 
 
 def hang_on(error: BaseException, kept: list[Any]) -> None:
-    """Give the samples to what is raised, if they had come."""
+    """Give the samples to the exception, if they had come."""
     if kept:
         error.samples = kept[0]  # type: ignore[attr-defined]

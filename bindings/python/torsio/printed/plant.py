@@ -246,8 +246,8 @@ class PlantParams(PlantMethods):
         Standard deviation; 0 leaves the noise out; >= 0.
     spring_and_brake
         Part: spring and brake. Without it knob and brake are one rigid body and the brake never
-        engages. This suits the law motor_only and saves about a third of the plant's time. The
-        parts below, but for cogging, need it.
+        engages. This suits the law motor_only and saves about a third of the plant's time. All
+        parts below except cogging need it.
     shaft_hardening
         Part: the spring has knees.
     brake_hysteresis

@@ -29,7 +29,7 @@ __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile", "mi
 LoggedReport: TypeAlias = tuple[int, bool, bytes]
 """Ticks of the newest thing that the device had said by then, whether it was sent, its bytes."""
 
-# A power cut loses what is in memory: this much at most.
+# A power cut loses the data in memory: this much at most.
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
@@ -257,7 +257,7 @@ class RecordingFile:
             threading.Event().wait(_LOOK_S)
 
     def tell_failure(self) -> None:
-        """Raise what has ended the file, once; the knob calls it."""
+        """Raise the error that ended the file, once; the knob calls it."""
         failure, self._failure = self._failure, None
         if failure is not None:
             raise failure

@@ -168,7 +168,7 @@ def _orders(recorded: Recorded) -> list[_Order]:
             if op in ("disarm", "stop") and _was_armed(recorded, tick - letting_go):
                 tick -= letting_go + 1
         elif op == "keep_alive" and guess in busy:
-            continue  # whatever it takes in that tick keeps it alive
+            continue  # any report in that tick keeps it alive
         else:
             tick = next(tick for tick in count(guess) if tick not in busy)
             busy.add(tick)

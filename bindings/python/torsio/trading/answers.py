@@ -360,7 +360,7 @@ def board_shares(scene: Scene | None, control: ControlConfig) -> tuple[BoardShar
 
 
 def pasteable(value: Any, indent: str = "") -> str:
-    """Write a value as Python makes it, without what is as by default."""
+    """Write a value as Python makes it, without defaults."""
     if not is_dataclass(value) or isinstance(value, type):
         return repr(value)
     inner = indent + "    "

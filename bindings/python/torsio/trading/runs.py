@@ -180,7 +180,7 @@ class Kept:
                 # else it was torn
 
     def get(self, of: object, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """Give what is kept of these settings, or make it and keep it."""
+        """Give the kept results of these settings, or make and keep them."""
         key = hashlib.sha256(f"{_torsio.__version__} {_whole(of)}".encode()).hexdigest()[:24]
         if key not in self._found:
             self._found[key] = make()
@@ -194,7 +194,7 @@ class Kept:
 
 
 def _whole(of: object) -> str:
-    """Write all of a value; the repr of a data class leaves out what is long."""
+    """Write all of a value; the repr of a data class leaves out long fields."""
     if is_dataclass(of):
         return f"{type(of).__name__}{[_whole(getattr(of, each.name)) for each in fields(of)]}"
     return f"{[*map(_whole, of)]}" if isinstance(of, tuple | list) else repr(of)

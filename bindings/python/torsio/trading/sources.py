@@ -56,7 +56,7 @@ _KNOWN: Final = {
 
 
 def options_of(scene: Any, given: dict[str, Any]) -> LoopOptions:
-    """Give the closed loop of a scene with what is given beside it.
+    """Give the closed loop of a scene with its hand, plant and control.
 
     Raises
     ------

@@ -180,7 +180,7 @@ class Enclosure:
         return 2 * arb.pi() / (cogging.periods_per_rev * len(tuple(cogging.torque_nm)))
 
     def _demands(self, bend: int | None, cog: int | None) -> tuple[Row, Row, Row]:
-        """Give what moves knob, pulley and brake, but for friction."""
+        """Give the torques on knob, pulley and brake, without friction."""
         plant, hand = self.plant, self.hand
         shaft = self._shaft(bend)
         losses = arb(plant.knob_viscous_nm_s_per_rad) + arb(hand.damping_nm_s_per_rad)
@@ -257,7 +257,7 @@ class Enclosure:
     # The proof -----------------------------------------------------------------------------
 
     def _power(self, key: tuple[Any, ...], level: int) -> tuple[Any, Any, Any]:
-        """Give the flow of a piece of time, that of all times within it, and its width."""
+        """Give the flow of a piece of time, the flow of all times within it, and its width."""
         matrix = self._modes(key)[0]
         width = arb(2) ** -level
         within = arb(float(2.0 ** (-level - 1)), float(2.0 ** (-level - 1)))
@@ -276,7 +276,7 @@ class Enclosure:
             touched = self._switch(name, number)
 
     def _let_go(self) -> None:
-        """Let what is at rest go if more pulls than friction holds."""
+        """Release a shaft at rest if the torque exceeds its friction."""
         demands, capacities = self._demands(self.bend, self.cog), self._capacities()
         for end, demand in ((0, demands[0]), (1, demands[2])):
             for sign in (1, -1):
@@ -398,7 +398,7 @@ class Enclosure:
         return span
 
     def _switch(self, name: str, number: int) -> str:
-        """Go over to what follows an event; give what is exactly 0 from there on."""
+        """Go over to the state after an event; give the function that is exactly 0 from there."""
         self.events.append(name)
         end = 1 if name.startswith("brake") else 0
         way = self._modes(self._key())[1][number][1]

@@ -164,7 +164,7 @@ def energy_error(ratio: float, method: Method) -> float:
     Parameters
     ----------
     ratio
-        Inertia of the brake over that of the knob.
+        Inertia of the brake over the knob's.
     method
         "exact", or "regularised": Runge-Kutta 4 at the control period.
     """

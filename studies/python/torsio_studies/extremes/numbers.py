@@ -303,7 +303,7 @@ def subnormal_plant_states() -> tuple[int, int]:
 
 
 def precision_trace(options: LoopOptions, duration_s: float) -> tuple[Array, Array]:
-    """Time, and the motor's torque in 32 bits minus that of the 64-bit build on the same counts."""
+    """Time, and the motor's torque in 32 bits minus the 64-bit build's on the same counts."""
     rows = simulate(options, duration_s=duration_s)
     counts = rows["position_counts"] % (1 << 32)
     single = replay(options, counts)

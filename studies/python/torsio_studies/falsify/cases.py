@@ -1,6 +1,6 @@
 """Choices of the search: plant, beliefs, scene, hand, rate and encoder.
 
-A case fixes what is one of several. The optimiser moves the rest, each between 0 and 1.
+A case fixes each choice among several. The optimiser moves the rest, each between 0 and 1.
 """
 
 from __future__ import annotations

@@ -95,10 +95,10 @@ def breaks(case: Case, motion: Motion) -> bool:
 
 
 def _cost(case: Case, motion: Motion) -> float:
-    """Give less for what is worse.
+    """Give less for a worse knob.
 
-    The logarithm lets the optimiser see the smallest swing, and what dies slowly is a step on the
-    way to what does not.
+    The logarithm lets the optimiser see the smallest swing, and a swing that dies slowly is a step
+    towards one that does not.
     """
     count_rad = 2.0 * math.pi / case.counts
     wide = (motion.swing_rad + _SLOW * motion.before_rad) / max(

@@ -1,4 +1,4 @@
-"""Error against cost of many knobs at once: what is simulated, how finely, and with what.
+"""Error against cost of many knobs at once, by parts, rate, precision and program.
 
 First the knob's closed loop in `torsio.batch`: the control rate, the parts of the plant and the
 precision of its steps are what one gives up for speed, and the error is against all parts at the

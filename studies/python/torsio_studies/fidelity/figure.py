@@ -103,7 +103,7 @@ def _panel(ax: Axes, rows: Rows, summary: dict[str, Any]) -> None:
 
 
 def _shown(error: float | None) -> float:
-    """Put what is off the scale at its end."""
+    """Put values off the scale at its end."""
     if error is None or not math.isfinite(error):
         return HIGHEST
     return min(max(error, LOWEST), HIGHEST)

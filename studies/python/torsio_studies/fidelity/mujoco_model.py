@@ -2,10 +2,9 @@
 
 Two hinges, a fixed tendon between them as the shaft spring, and MuJoCo's joint friction on either.
 Everything that is known beforehand is computed beforehand and exactly: the lags of motor and brake,
-averaged over each of MuJoCo's steps, and the hand's torque; the hand's stiffness, damping and
-inertia are those of the joint. So MuJoCo is asked for nothing but mechanics and friction. Parts of
-its pipeline that the model does not use are switched off, and its steps are called from compiled
-code.
+averaged over each of MuJoCo's steps, and the hand's torque; the joint has the hand's stiffness,
+damping and inertia. So MuJoCo is asked for nothing but mechanics and friction. Parts of its
+pipeline that the model does not use are switched off, and its steps are called from compiled code.
 """
 
 from __future__ import annotations
@@ -142,7 +141,7 @@ def lagged(command: Array, time_constant_s: float, steps: int, step_s: float) ->
 
 
 def hand_force(hand: HandTorque, times_s: Array) -> Array:
-    """Give a hand's torque but for what its stiffness and damping take, in N m."""
+    """Give a hand's torque without its stiffness and damping, in N m."""
     value = np.interp(times_s, hand.corners_s, hand.values)
     if hand.stiffness_nm_per_rad == 0.0 and hand.damping_nm_s_per_rad == 0.0:
         return value

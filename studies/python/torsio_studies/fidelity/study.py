@@ -41,7 +41,7 @@ QUICK_STEPS_US: Final = (100, 200, 500, 1000)
 SCIPY: Final = tuple(itertools.product(get_args(Method), (1e-4, 1e-6, 1e-8)))
 """Methods of `scipy.integrate.solve_ivp`, with their relative tolerances."""
 ROUNDS: Final = 5
-"""How often what is compared in the summary is timed, in turns."""
+"""How often the summary's two are timed, in turns."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def _plant_run(plant: Plant, scenario: Scenario) -> tuple[Array, float]:
 
 
 def _best_time(scenario: Scenario, plant: Plant, first_s: float) -> float:
-    """Repeat what is short, for the least that others on the machine took from it."""
+    """Repeat a short run and take its least time: other programs took some of the others."""
     repeats = min(100, int(0.05 / max(first_s, 1e-6)))
     return min([first_s, *(_plant_run(plant, scenario)[1] for _ in range(repeats))])
 

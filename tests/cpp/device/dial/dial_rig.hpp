@@ -80,7 +80,7 @@ class DialRig : public Rig {
       } else {
         REQUIRE(report[0] == 2);
         REQUIRE(size == 2);
-        // A key goes down only when none is.
+        // A key goes down only when no key is down.
         CHECK((keys_ == 0 || report[1] == 0));
         heard.louder += report[1] == 1 ? 1 : 0;
         heard.quieter += report[1] == 2 ? 1 : 0;

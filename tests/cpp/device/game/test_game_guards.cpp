@@ -196,7 +196,7 @@ TEST_CASE("a host that comes is told where the axis is, and the state") {
 }
 
 TEST_CASE("a button that is held plays once where no repetition is asked for") {
-  // No interval is none (DirectInput), and all ones is without end.
+  // An interval of 0 means none (DirectInput), and all ones means without end.
   for (const int repeat_ms : {0, 0xFFFF}) {
     GameRig rig;
     const int block = rig.create(kConstant);

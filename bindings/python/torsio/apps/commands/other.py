@@ -18,7 +18,7 @@ _MISSING = {
 
 
 def add_commands(app: typer.Typer) -> None:
-    """Add what is installed, and for what is not a command that says how to install it."""
+    """Add other packages' commands, or commands that say how to install the packages."""
     found = {entry.name: entry for entry in entry_points(group="torsio.commands")}
     for name, entry in sorted(found.items()):
         app.add_typer(entry.load(), name=name)
