@@ -204,7 +204,7 @@ target_link_libraries(user PRIVATE hidapi::hidraw)
 def test_hidapi_is_found_in_a_prefix(tmp_path: Path, kind: str) -> None:
     prefix, source = tmp_path / "prefix", tmp_path / "source"
     files = {
-        prefix / "include/hidapi/hidapi.h": '#define WHICH "that of the prefix"\n',
+        prefix / "include/hidapi/hidapi.h": '#define WHICH "the one in the prefix"\n',
         source / "CMakeLists.txt": HIDAPI_USER,
         source / "user.c": "#include <hidapi.h>\n#include <stdio.h>\n"
         "int main(void) { return puts(WHICH) < 0; }\n",
@@ -219,4 +219,4 @@ def test_hidapi_is_found_in_a_prefix(tmp_path: Path, kind: str) -> None:
     build = tmp_path / "build"
     _run("cmake", "-S", source, "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
     _run("cmake", "--build", build)
-    assert _run(build / "user") == "that of the prefix\n"
+    assert _run(build / "user") == "the one in the prefix\n"

@@ -137,5 +137,5 @@ def test_imports_stand_at_the_top_but_for_optional_packages_and_slow_starts() ->
     assert found == LATE
 
 
-def test_docstrings_name_their_subject_first() -> None:
-    assert prose.docstrings() == []
+def test_comments_are_read_once() -> None:
+    assert prose.comments() == []

@@ -75,3 +75,10 @@ def test_sentence_that_is_read_twice_is_named(
     monkeypatch.setattr(prose, "TREE", tmp_path)
     (tmp_path / "a.md").write_text("What is it? It is red.\n\nWho asks gets that of the next.\n")
     assert prose.riddles() == ["a.md: 'Who' in: Who asks gets that of the next."]
+
+
+@pytest.mark.parametrize("mark", ["  //", "x = 1  #", '"' * 3, " *"])
+def test_comment_that_is_read_twice_is_named(mark: str) -> None:
+    assert prose._COMMENT.search(f"{mark} The lag is that of the coil.")
+    assert not prose._COMMENT.search(f"{mark} The lag is the coil's.")
+    assert not prose._COMMENT.search('CHECK(told == "the lag is that of the coil");')

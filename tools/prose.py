@@ -46,12 +46,13 @@ _END = re.compile(r"(?<=[.!?])[)\"*]*\s+(?=[^a-z\s])|(?<=:)\n+\s*\n|\n\s*\n")
 
 
 # Words that make a reader go back: a clause as subject, and pronouns for a noun far away.
-_RIDDLE = re.compile(
-    r"^(?:Who|What)\b(?!.*\?)|\b(?:that|those) of\b|\bof (?:which|whose)\b|\bas the next\b"
-    r"|\bbeside others\b|\bthe former\b|\bwhoever\b",
-    re.I,
+_FAR = (
+    r"\b(?:that|those) of\b|\bof (?:which|whose)\b|\bas the next\b|\bbeside others\b"
+    r"|\bthe former\b|\bwhoever\b|\bbut for\b"
 )
+_RIDDLE = re.compile(rf"^(?:Who|What)\b(?!.*\?)|{_FAR}", re.I)
 
+_COMMENT = re.compile(rf'(?:^ *\*|/\*|//|#|""").*?(?:{_FAR})', re.I)
 _DOCSTRING = re.compile(r'^ *"""(.+)', re.M)
 _NO_SUBJECT = re.compile(r"(?:Who(?:ever)?|What|Which|Of)\b")
 
@@ -65,7 +66,7 @@ class Measure(NamedTuple):
 
 
 def _text(markdown: str) -> str:
-    """Leave out what is no text; what is between the ticks of code is one word."""
+    """Leave out all but text; code between ticks is one word."""
     return _ONE_WORD.sub("Code", _LINK.sub(r"\1", _CODE.sub("\n\n", _PRINTED.sub("", markdown))))
 
 
@@ -94,17 +95,17 @@ def riddles() -> list[str]:
     return found
 
 
-def docstrings() -> list[str]:
-    """Tell which docstrings do not name their subject first."""
-    listed = ["git", "ls-files", "*.py"]
+def comments() -> list[str]:
+    """Tell which comments have to be read twice, and which docstrings hide their subject."""
+    listed = ["git", "ls-files", *(f"*.{end}" for end in ("py", "cpp", "hpp", "h", "ts", "mjs"))]
     files = subprocess.run(listed, cwd=TREE, capture_output=True, text=True, check=True).stdout
-    return [
-        f"{name}: {text.splitlines()[0][:80]}"
-        for name in files.split()
-        if (TREE / name).exists()
-        for text in _DOCSTRING.findall((TREE / name).read_text(encoding="utf-8"))
-        if _NO_SUBJECT.match(text)
-    ]
+    found = []
+    for name in filter(lambda name: (TREE / name).exists(), files.split()):
+        text = (TREE / name).read_text(encoding="utf-8")
+        lines = [words for words in _DOCSTRING.findall(text) if _NO_SUBJECT.match(words)]
+        lines += filter(_COMMENT.search, text.splitlines())
+        found += [f"{name}: {line.strip()[:80]}" for line in lines]
+    return found
 
 
 def _files() -> list[Path]:
@@ -146,7 +147,7 @@ def main() -> int:
     for page, (words, mean, share) in measured.items():
         print(f"{page:32} {words:6} words {mean:5.1f} a sentence {share:6.1%} long")
     print(f"{'all':32} {sum(page.words for page in measured.values()):6} words")
-    found = complaints(measured) + riddles() + docstrings()
+    found = complaints(measured) + riddles() + comments()
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 
