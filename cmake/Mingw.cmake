@@ -8,7 +8,7 @@ set(CMAKE_CROSSCOMPILING_EMULATOR wine)
 # One file that needs nothing of the compiler's.
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-static")
 set(CMAKE_SHARED_LINKER_FLAGS_INIT "-static")
-# What is in this system's own folders is not for Windows.
+# This system's own folders are not for Windows.
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)

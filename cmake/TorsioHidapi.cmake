@@ -1,10 +1,9 @@
 # Provides the target hidapi::hidraw, which stands for each system's own backend, from hidapi's own
-# CMake package where there is one and from pkg-config elsewhere (Debian's and Ubuntu's packages ship
-# only the latter). Either gives the folder of hidapi.h itself, so <hidapi.h> is what is included. A
-# project around this one links to the target too, so it is visible everywhere.
+# CMake package where there is one and from pkg-config elsewhere (Debian's and Ubuntu's packages
+# ship only the latter). Either gives the folder of hidapi.h itself, so sources include <hidapi.h>.
+# A project around this one links to the target too, so it is visible everywhere.
 # TORSIO_HIDAPI_SOURCE, a folder of hidapi's own sources, has them compiled in instead: for what is
-# handed out as one file.
-# Also installed, and used by torsioConfig.cmake.
+# handed out as one file. Also installed, and used by torsioConfig.cmake.
 if(TORSIO_HIDAPI_SOURCE AND NOT TARGET hidapi::hidraw)
   if(TORSIO_INSTALL AND NOT TORSIO_SHARED)
     message(FATAL_ERROR "TORSIO_HIDAPI_SOURCE is for one library that has all inside: "

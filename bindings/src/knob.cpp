@@ -203,7 +203,7 @@ struct Calling {
       };
       if constexpr (std::is_void_v<Result>) {
         run();
-        self.pass_on();  // what close() and signs of life have kept to themselves
+        self.pass_on();  // errors that close() and signs of life did not raise
       } else {
         return told(run());
       }

@@ -89,7 +89,7 @@ Handshake out(std::uint8_t number, std::span<const std::uint8_t> packet) {
     return Handshake::stall;
   }
   if (!endpoint->armed) return Handshake::nak;
-  // Hardware never writes behind the buffer; what is too long is lost.
+  // Hardware never writes behind the buffer; the rest is lost.
   const std::size_t size = std::min<std::size_t>(packet.size(), endpoint->size);
   std::copy_n(packet.begin(), size, endpoint->buffer);
   complete(number, *endpoint, size);

@@ -1,8 +1,8 @@
 """Render something of your own: stream local models from a loop in Python.
 
-The host computes, a hundred times a second, what the knob's surroundings look like near where it
-is: a torque, a spring and a damper. The device renders that at its own rate, so that it stays firm
-and calm although the host is slow. Here the surroundings are a ball in a bowl that swings.
+A hundred times a second the host computes the knob's surroundings: a torque, a spring and a damper.
+The device renders that at its own rate, so that it stays firm and calm although the host is slow.
+Here the surroundings are a ball in a bowl that swings.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
 }
 
-/// Out of line: what it needs would otherwise be kept in registers in every tick.
+/// Out of line: otherwise every tick keeps its values in registers.
 [[gnu::noinline]] float add_overlay(ControllerState& state, const ControllerParams& params,
                                     const Overlay& overlay, const Scene* scene, float scene_nm,
                                     const Motion& motion) {

@@ -98,7 +98,7 @@ struct ControllerOutputs {
   float desired_torque_nm = 0;  // within the bound, if there is one
   float motor_command_nm = 0;
   float brake_command_nm = 0;
-  float brake_capacity_nm = 0;  // what the brake is taken to hold now
+  float brake_capacity_nm = 0;  // the brake's assumed capacity now
   float spring_torque_nm = 0;   // sensed
   bool motor_saturated = false;
   bool brake_saturated = false;

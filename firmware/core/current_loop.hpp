@@ -37,9 +37,9 @@ constexpr CurrentLoopParams make_current_loop(float resistance_ohm, float induct
   return {approach * resistance_ohm / settled, settled, supply_v, 1.0F / supply_v};
 }
 
-/// One tick. The integral follows the voltage as the current does: integral_share of the way. It
-/// then is what the resistance takes, also while the supply cannot give what is wanted, so that
-/// nothing winds up.
+/// One tick. The integral follows the voltage as the current does: integral_share of the way. It is
+/// then the resistance's voltage, also while the supply cannot give the target. So nothing winds
+/// up.
 /// @returns voltage as a share of the supply, within [-1, 1]
 constexpr float hold_current(CurrentLoopState& state, const CurrentLoopParams& params,
                              float target_a, float measured_a) {
@@ -53,7 +53,7 @@ constexpr float hold_current(CurrentLoopState& state, const CurrentLoopParams& p
 /// For a loop whose voltage acts for a period, a known delay after the current is measured.
 struct PredictiveParams {
   float delay_decay = 0;    // of the current over the delay, without voltage
-  float delay_a_per_v = 0;  // what a volt makes of it over the delay
+  float delay_a_per_v = 0;  // the current that a volt adds over the delay
   float rest_decay = 1;     // the same from then to the next measurement
   float rest_a_per_v = 0;
   float resistance_ohm = 0;
@@ -122,7 +122,7 @@ inline constexpr float kRestTimes = 2.0F;
 /// For a coil whose current is not measured: a model of the coil gives it.
 struct CoilParams {
   float decay = 0;                 // of its current in a period, without voltage
-  float a_per_v = 0;               // what a volt makes of it in a period
+  float a_per_v = 0;               // the current that a volt adds in a period
   float v_per_a = 0;               // 1 / a_per_v
   float follow_decay = 0;          // share of the missing current that remains after a period
   float supply_v = 1;              // > 0

@@ -3,9 +3,9 @@
 ///
 /// One channel is dead: the count goes one up and one down with each edge of the other, however far
 /// the knob turns, so a wall would push for ever. A sound encoder does that too, when the knob
-/// rests on the border of two counts and trembles. But what trembles by itself does so at random,
-/// and what a wall or a texture shakes, slowly. Only a turning knob makes many such changes that
-/// are both quick and even.
+/// rests on the border of two counts and trembles. But a knob that trembles by itself does so at
+/// random, and a wall or a texture shakes it slowly. Only a turning knob makes many such changes
+/// that are both quick and even.
 #pragma once
 
 #include <cstdint>

@@ -19,8 +19,8 @@ struct LawTraits {
   bool knows_brake = false;  // its inertia, hysteresis and lags, and that it lets go late
 };
 
-/// In the order of Law. Not every law counts the drag: with the paper's the drag's help is what
-/// keeps the motor from overcompensating (docs/explanation/theory.md).
+/// In the order of Law. Not every law counts the drag: with the paper's law the drag keeps the
+/// motor from overcompensating (docs/explanation/theory.md).
 inline constexpr std::array kLaws{
     LawTraits{},                                                          // paper
     LawTraits{.counts_drag = true},                                       // compensated
@@ -96,8 +96,8 @@ struct AssistParams {
   float nm_s_per_rad = 0;  // until that is reached
 };
 
-/// Never more than three quarters of the friction: what moves loses energy, however late or wrong
-/// its speed is known, and what rests goes on resting. And no more than the friction of the knob's
+/// Never more than three quarters of the friction. So a moving knob loses energy even if its speed
+/// is late or wrong, and a resting one goes on resting. And no more than the friction of the knob's
 /// own side: a swing on the shaft's spring leaves the brake's side at rest.
 /// @param full_rad_s the speed from which on all of it is given, > 0
 constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm,

@@ -66,9 +66,9 @@ float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& re
 /// Whether one of the active effects is an Impact.
 bool has_impacts(const Scene& scene);
 
-/// Adds what the impacts give to what the motor is told for all else. A torque beyond the limits is
-/// not given, and does not count in their energy. Apart from the other effects, which must not be
-/// slower for them.
+/// Adds the impacts' torque to the motor's command for the rest of the scene. A torque beyond the
+/// limits is not given, and does not count in their energy. Apart from the other effects, which
+/// must not be slower for them.
 /// @param motor_nm for all else
 /// @param gain     0 to 1, for a soft start
 /// @returns what the motor is to be told, within `range`

@@ -207,11 +207,11 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
 }
 
 /// The allowed torque once the scene's torque has changed more steeply than the bound. It changes
-/// by what comes in time, and by what a spring as stiff as the bound gives for this tick's motion.
-/// It never has the other sign, and never exceeds the scene's torque. Torque that was left out is
-/// never added at rest: that would be energy from nowhere. The spring's line goes on beyond the
-/// scene's torque, so the way back meets that torque at the same place. Otherwise the way back
-/// would give what the way in left out. Out of line: a clean wall never comes here.
+/// by the part that follows time, and by the torque of a spring as stiff as the bound for this
+/// tick's motion. It never has the other sign, and never exceeds the scene's torque. Torque that
+/// was left out is never added at rest: that would be energy from nowhere. The spring's line goes
+/// on beyond the scene's torque, so the way back meets that torque at the same place. Otherwise the
+/// way back would give what the way in left out. Out of line: a clean wall never comes here.
 [[gnu::noinline]] constexpr float follow_bound(BoundState& state, float asked_nm, float timed_nm,
                                                float spring_nm) {
   const float before_nm = state.on_line ? state.asked_nm : state.last_nm;
@@ -244,7 +244,7 @@ constexpr float bound_stiffness(BoundState& state, float asked_nm, float timed_n
   const float moved_counts = static_cast<float>(delta_counts);
   const float spring_nm = -state.slope_nm_per_count * moved_counts;
   const float excess_nm = asked_nm - state.last_nm - timed_nm - spring_nm;
-  // Not "< 0": what is no number is not gentle either.
+  // Not "< 0": NaN is not gentle either.
   const bool gentle = excess_nm * moved_counts >= 0.0F;
   if (!gentle) [[unlikely]]
     return follow_bound(state, asked_nm, timed_nm, spring_nm);

@@ -145,8 +145,8 @@ constexpr bool believe_means(WindingState& state, const WindingParams& params, f
   return larger(state.above_a, state.below_a) < params.mean_patience_a;
 }
 
-/// After each believe_means(): what has changed while nearly the same flowed. So much as resistance
-/// and supply may be wrong they are so for long.
+/// After each believe_means(): the change while nearly the same current flowed. So much as
+/// resistance and supply may be wrong they are so for long.
 /// @returns false once it cannot be true
 constexpr bool believe_change(WindingState& state, const WindingParams& params) {
   const float rise_a = state.difference_a - state.steady_difference_a;

@@ -87,7 +87,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   loop.controller.bound = core::make_bound_params(
       core::stable_stiffness(parts(actuator, control, resolution)), resolution,
       loop.controller.partition.motor_torque_max_nm, actuator.knob_coulomb_nm);
-  // No slower than what one count looks like.
+  // No slower than the speed of one count.
   const float full_rad_s =
       core::larger(0.1F, core::kTwoPi * control.speed_bandwidth_hz * resolution.rad_per_count);
   loop.controller.assist = core::make_assist_params(

@@ -39,7 +39,7 @@ struct LoopConfig {
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
                             Trust trust = Trust::all);
 
-/// The most that the motor gives: what it can, and no more than its cap.
+/// The most that the motor gives: its ability, and at most its cap.
 float motor_max_nm(const Config& config);
 
 /// Checks what no single field's range can say.

@@ -75,8 +75,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   return given;
 }
 
-/// Everything that may change what plays: missed ticks, orders, a game, silence, what fades.
-/// Out of line, or the ticks without it would save and restore its registers.
+/// Everything that may change the torque: missed ticks, orders, a game, silence, a fade. Out of
+/// line, or the ticks without it would save and restore its registers.
 [[gnu::noinline]] void ControlLoop::decide(const TickInputs& in) {
   attention_.store(0, std::memory_order_relaxed);
   if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {

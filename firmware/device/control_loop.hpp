@@ -152,7 +152,7 @@ struct Faults {
   std::uint16_t latched = 0;
   std::uint16_t causes = 0;  // faults whose cause is present now
   bool unpowered = false;    // nobody was armed, and the latched faults may come from missing power
-  bool forgives = false;     // what was latched goes with its causes
+  bool forgives = false;     // latched faults go with their causes
 
   /// @returns whether any of the causes is latched only now
   bool latch(std::uint32_t now, Phase phase);
@@ -268,9 +268,9 @@ class ControlLoop {
   core::ExcitationState excitation_;
 
   bool takes_centre_ = true;             // once the index is found
-  std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
+  std::uint32_t lateness_ = 0;           // points: late ticks cost some, the others earn some back
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
-  bool changes_ = false;                 // what plays is decided anew in every tick
+  bool changes_ = false;                 // each tick decides anew
   std::uint32_t phase_ticks_left_ = 0;   // until what rises or fades has done so
   float fading_motor_nm_ = 0;
   float fading_step_nm_ = 0;  // per tick

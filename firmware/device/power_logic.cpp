@@ -215,7 +215,7 @@ void PowerLogic::watch(float motor_share) {
   }
 }
 
-/// How much current there may be, after what there was, and whether what lasts can be true.
+/// How much current there may be after the past current, and whether a lasting current can be true.
 void PowerLogic::look(float motor_a, float coil_a) {
   if (steps_to_look_ == 0) {
     steps_to_look_ = kLookSteps;

@@ -132,7 +132,7 @@ class PowerLogic {
   // Prepared, because a tick has no time for divisions.
   float amperes_per_step_;  // with the motor's sense
   float direction_;         // of the motor: 1 or -1
-  float shares_;            // what the sums count of its bridge's share, with that sign
+  float shares_;            // its bridge's share as the sums count it, with that sign
   float amperes_per_nm_;
   float current_max_a_;
   float coil_share_per_a_;

@@ -22,7 +22,7 @@ class TelemetryBatch {
   /// @returns false if the sample was not taken
   [[nodiscard]] bool add(const LoopSample& sample, const SampleSteps& steps);
 
-  /// Prompt: what is there is due at once, and when more is there than a report holds the older go.
+  /// Prompt: samples are due at once. If they exceed a report, the older ones are dropped.
   void set_prompt(bool prompt) { prompt_ = prompt; }
   bool prompt() const { return prompt_; }
 

@@ -188,7 +188,7 @@ bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_r
       control[0] = 0;
       return in && tud_control_xfer(port, request, control.data(), 1);
     case kSetIdle:
-      // Reports go when there is something new, which is what a rate of 0 means.
+      // Reports go when there is something new: a rate of 0 means that.
       return !in && high_byte(request->wValue) == 0 && tud_control_status(port, request);
     default:
       return false;

@@ -82,7 +82,7 @@ class UsbDevice {
   device::Device& device_;
   void wake_host();
 
-  bool connected_ = false;  // what the device was told last
+  bool connected_ = false;  // the state that the device was told last
   bool asleep_ = false;
   std::uint64_t asleep_tick_ = 0;
   std::uint32_t still_ticks_;  // before which a bus that sleeps must not be woken

@@ -1,5 +1,4 @@
-/// @file
-/// The protocol's own rules, applied to what the user gave before anything is sent.
+/// @file The protocol's own rules, applied to the user's values before anything is sent.
 #pragma once
 
 #include <concepts>

@@ -210,8 +210,8 @@ class Loop {
     return where->begin_counts + std::llround(counts_of_sample(static_cast<double>(middle)));
   }
 
-  /// A swing round the steepest place. What the scene remembers depends on the way alone, so once
-  /// round is enough for all tones.
+  /// A swing round the steepest place. The scene's memory depends on the way alone, so once round
+  /// is enough for all tones.
   [[nodiscard]] Swing make_swing(double swing_rad) const {
     Swing swing{.rad = swing_rad};
     core::Motion motion;

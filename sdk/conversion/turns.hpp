@@ -16,7 +16,7 @@ struct Exact {
 
 inline constexpr Exact kTurnRad{6.283185307179586, 2.4492935982947064e-16};
 
-/// 2^32 times dividend over divisor, to the nearest whole number: what is rounded is wrong by less
+/// 2^32 times dividend over divisor, to the nearest whole number; before rounding it is off by less
 /// than 1e-5. A quotient beyond 2^30 is taken for one of that size; one that is no number gives 0.
 std::int64_t quotient_q32(Exact dividend, Exact divisor);
 

@@ -23,7 +23,7 @@ namespace {
 int open_inotify([[maybe_unused]] const std::string& directory) {
 #ifdef __linux__
   const int inotify = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-  // A change of attributes is what udev does when it gives the permission.
+  // When udev gives the permission, the attributes change.
   constexpr std::uint32_t kWhat =
       IN_CREATE | IN_DELETE | IN_ATTRIB | IN_MOVED_FROM | IN_MOVED_TO | IN_ONLYDIR;
   if (inotify >= 0 && ::inotify_add_watch(inotify, directory.c_str(), kWhat) >= 0) return inotify;
@@ -87,7 +87,7 @@ bool DirectoryWatch::read_notices() {
       std::memcpy(&event, bytes.data() + at, sizeof event);
       const std::string name(event.len == 0 ? "" : bytes.data() + at + sizeof event);
       at += sizeof event + event.len;
-      // Notices were lost: what is known about single files is worth nothing.
+      // Notices were lost, so nothing is known about single files.
       if ((event.mask & IN_Q_OVERFLOW) != 0) {
         gone_.clear();
       } else if (!name.starts_with(prefix_)) {

@@ -18,7 +18,7 @@ namespace torsio {
 /// Keeps files from hidapi that are no HID devices. @throws DeviceNotFound
 void refuse_other_files(const std::string& path);
 
-/// Keeps a knob's file open while hidapi opens it, as long as what it returns is kept.
+/// Keeps a knob's file open while hidapi opens it, for the life of the returned object.
 /// @throws DeviceNotFound if the knob has gone
 [[nodiscard]] std::shared_ptr<const void> keep_open(const std::string& path);
 

@@ -17,7 +17,7 @@
 
 namespace torsio {
 
-/// Remembers what the device has and sends what differs. May be used from any thread.
+/// Remembers the device's scene and sends the differences. May be used from any thread.
 class ScenePlayer {
  public:
   explicit ScenePlayer(Session& session) : session_(session) {}

@@ -263,7 +263,7 @@ class Session {
   TelemetryDecoder decoder_;
   SampleRing ring_;
   bool stream_starts_ = false;          // with the next acknowledgement of a stream report
-  std::uint64_t stream_from_tick_ = 0;  // what is older belongs to the stream before
+  std::uint64_t stream_from_tick_ = 0;  // older samples belong to the stream before
   std::optional<TelemetrySample> latest_;
   std::vector<Listener*> listeners_;
   LinkStatistics statistics_;

@@ -1,4 +1,4 @@
-// Session: what the device sends, and what is known by it.
+// Session: reports of the device, and the state that follows from them.
 #include <algorithm>
 #include <utility>
 

@@ -1,4 +1,4 @@
-// Session: what is asked of the device, and its answers.
+// Session: requests to the device, and its answers.
 #include <cstdlib>
 #include <optional>
 #include <utility>

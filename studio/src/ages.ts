@@ -3,7 +3,7 @@
 const KEPT = 1000;
 // Some pictures tell enough.
 const EVERY = 4;
-// Messages after which what was the quickest is forgotten: the two clocks go apart.
+// After so many messages the quickest one is forgotten, because the two clocks drift apart.
 const QUICKEST_OF = 64;
 
 /**

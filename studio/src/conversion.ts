@@ -13,7 +13,7 @@ export type Given = { [name: string]: Given | number | string | boolean | number
 /** An effect as a person writes it: its type, and its fields by name. */
 export type Effect = { type: string } & Given;
 
-/** What is wrong with a value, in a sentence. */
+/** A sentence on a wrong value. */
 export class InvalidValue extends Error {}
 
 export interface SceneLimits {

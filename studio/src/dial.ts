@@ -19,7 +19,7 @@ function line(angleRad: number, from: number, to: number, name: string): SVGElem
   return made;
 }
 
-/** Marks on the rim where what is solid in a scene begins. */
+/** Marks on the rim where walls and end stops begin. */
 export function showPlaces(scene: readonly Effect[]): void {
   const places = scene.flatMap((effect) =>
     described(effect.type).fields.filter((field) => field.surface).map((field) => effect[field.name]),

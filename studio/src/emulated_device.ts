@@ -137,7 +137,7 @@ export class EmulatedDevice {
     this.wasm.set_emergency_stop(pressed ? 1 : 0);
   }
 
-  /** What no sensor sees; its columns are TRUTH. */
+  /** True values that no sensor sees; the columns are TRUTH. */
   truth(): number[] {
     const at = this.wasm.take_truth();
     return [...new Float64Array(this.wasm.memory.buffer, at, TRUTH.length)];

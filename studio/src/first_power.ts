@@ -14,7 +14,7 @@ const DRAG_NM = 0.01;
 // For the time after `confirmed`, when no others hold any more.
 const CAPS = { motor_torque_cap_nm: 0.015, brake_torque_cap_nm: 0.015, speed_limit_rad_s: 10 };
 
-/** What the page sees at one moment. */
+/** The page's view of one moment. */
 export interface Seen {
   state: string;
   faults: readonly string[];

@@ -302,13 +302,13 @@ export class Knob {
     });
   }
 
-  /** What decides whether the knob swings: the scene that was played, and two configurations. */
+  /** The scene that was played and two configurations: they decide whether the knob swings. */
   async judged(): Promise<Uint8Array[]> {
     const configurations = ["actuator_config", "control_config"].map((name) => ask(this.transport, name));
     return [...this.#playing, ...(await Promise.all(configurations))];
   }
 
-  /** What a scene had before is sent again with the next. */
+  /** The next scene sends its earlier reports again. */
   forgetScene(): void {
     this.#written.clear();
   }

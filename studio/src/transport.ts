@@ -50,7 +50,7 @@ export class Inbox {
     if (this.#reports.length) this.#wake?.();
   }
 
-  /** What has arrived can still be read. */
+  /** Reports that have arrived can still be read. */
   end(why: string): void {
     this.#why ??= why;
     this.#wake?.();

@@ -181,7 +181,7 @@ std::size_t Dial::tell_state(std::span<std::uint8_t> report) {
   return get_input(kMouseReport, report);
 }
 
-/// Whole steps; what is left over is told with the next ones.
+/// Whole steps; the rest goes out with the next ones.
 std::int64_t Dial::next_units(bool fine) {
   // Each use has a sum of its own in the host, which is to stay full.
   if (use_ != next_use_) return whole_detents(told_units_) - told_units_;

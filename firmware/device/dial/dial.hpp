@@ -1,7 +1,6 @@
-/// @file
-/// The knob as a wheel of the desktop: where it stands becomes units of scrolling, and its notches
-/// are asked for while somebody turns it. It belongs to the main loop; what the control interrupt
-/// renders is in detents.hpp.
+/// @file The knob as a wheel of the desktop: where it stands becomes units of scrolling, and its
+/// notches are asked for while somebody turns it. It belongs to the main loop; detents.hpp has the
+/// control interrupt's part.
 ///
 /// A notch is exactly 120 units at any speed and in both directions, because units follow from the
 /// position and not from its changes. Within an eighth of a pitch of a notch they do not change. So
@@ -89,7 +88,7 @@ class Dial {
   std::int64_t told_units_ = 0;
   std::int32_t given_units_ = 0;  // of them, in the report that is on its way
   Debt debt_ = Debt::none;
-  std::uint8_t state_due_ = 3;  // what the host may not know: buttons, keys
+  std::uint8_t state_due_ = 3;  // news for the host: buttons, keys
   Listener listener_ = Listener::unknown;
   std::uint64_t given_tick_ = 0;   // when the last report was given
   std::uint64_t over_tick_ = 0;    // when it was taken

@@ -324,7 +324,7 @@ void Forces::drop() {
   shown_nm_.store(0.0F, std::memory_order_relaxed);
 }
 
-/// Several springs are as stiff as their sum: what the device can hold stable is shared out.
+/// Several springs are as stiff as their sum, so they share the stable stiffness.
 void Forces::share_out() {
   std::array<float, kMetrics> sum{};
   const OwnFeel& own = params_.own;

@@ -184,7 +184,7 @@ class Forces final : public core::ForceSource {
   struct Playing {
     std::uint64_t start = 0;       // in the games' time
     std::uint8_t loops_left = 0;   // 0: does not play
-    std::uint8_t loops_aside = 0;  // what it had left when it was set aside
+    std::uint8_t loops_aside = 0;  // its remaining time when it was set aside
     bool muted = false;            // not heard: comes back when the game turns its actuators on
     bool sounding = false;         // past its delay
     std::uint32_t soft_left = 0;   // ticks until a spring is all there

@@ -8,7 +8,7 @@ namespace {
 // How Linux from 6.15 on begins, and nobody else: reset, reset, stop all, enable actuators.
 constexpr std::uint32_t kLinuxBegins = 0x04'04'03'01;
 
-// Lets what waits for the interrupt go on waiting, but not what would start or bring back.
+// Keeps the orders that wait for the interrupt, except those that start or bring back an effect.
 constexpr ForceOrder::Play without_start(ForceOrder::Play play) {
   const bool starts = play == ForceOrder::Play::start || play == ForceOrder::Play::go_on;
   return starts ? ForceOrder::Play::as_it_is : play;
@@ -88,7 +88,7 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
           });
       break;
     case PidLayout<SetCondition>::id:
-      // There is one axis; what is said about a second one is for another device.
+      // There is one axis; a report about a second one is for another device.
       take<SetCondition>(
           report,
           [](const Block& block, const SetCondition& set) {

@@ -1,7 +1,6 @@
-/// @file
-/// The game interface: a HID PID device's pool of effect blocks, its reports in and out, and the
-/// knob as a joystick's axis. It belongs to the main loop; what the control interrupt has to render
-/// goes to it as orders (forces.hpp).
+/// @file The game interface: a HID PID device's pool of effect blocks, its reports in and out, and
+/// the knob as a joystick's axis. It belongs to the main loop; the control interrupt gets orders
+/// (forces.hpp).
 ///
 /// Parameters may come in any order and over either endpoint, each names its block. A report that
 /// does not fit (a free block, another kind of effect, a value without meaning) changes nothing.

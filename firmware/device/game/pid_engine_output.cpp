@@ -1,4 +1,4 @@
-// PidEngine: what the host is told. Feature reports, the axis, and how the effects are.
+// PidEngine: reports to the host. Feature reports, the axis, and how the effects are.
 #include <bit>
 
 #include "core/math.hpp"

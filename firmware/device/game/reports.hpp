@@ -128,7 +128,7 @@ struct PidLayout<SetEffect> : Heading<0x11, Main::output, 0x21> {
       detail::time(&SetEffect::trigger_repeat_ms, 0x54),
       detail::time(&SetEffect::start_delay_ms, 0xA7),
       detail::level(&SetEffect::gain, 0x52, 0),
-      // Linux sends its own numbers for buttons; what is no button of ours is no trigger.
+      // Linux sends its own numbers for buttons; a number without a button here is no trigger.
       Value<SetEffect, std::uint8_t>{&SetEffect::trigger_button, game::usage::pid, 0x53, 1,
                                      kButtons, 0, kNoUnit, false},
       Bits<SetEffect, 2>{&SetEffect::enable,

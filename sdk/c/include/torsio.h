@@ -154,8 +154,8 @@ TORSIO_API void torsio_scene_free(torsio_scene* scene);  ///< NULL is ignored
 /// changed or freed afterwards. If it is refused the old one goes on.
 TORSIO_API torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene* scene);
 
-/// Sends a local model and does not wait for the device. TORSIO_REFUSED if it is not armed; what
-/// the device refuses later only counts, in torsio_knob_statistics().
+/// Sends a local model and does not wait for the device. TORSIO_REFUSED if it is not armed. Later
+/// refusals of the device only count, in torsio_knob_statistics().
 TORSIO_API torsio_result torsio_knob_stream_local_model(torsio_knob* knob,
                                                         const torsio_local_model* model);
 /// Plays one piece of a bounded experiment past scene and law. The knob must be armed. It disarms

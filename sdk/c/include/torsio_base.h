@@ -18,8 +18,7 @@ extern "C" {
 #endif
 
 /// Result of a function. After anything but TORSIO_OK, torsio_last_error() has a sentence that says
-/// what was wrong and what to do about it, and what was to be written is unchanged, unless the
-/// function says otherwise.
+/// what was wrong and what to do. Outputs are then unchanged, unless the function says otherwise.
 typedef enum torsio_result {
   TORSIO_OK = 0,
   TORSIO_INVALID_ARGUMENT = 1,   ///< NULL, a wrong size, or a value that the device would refuse

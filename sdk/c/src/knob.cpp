@@ -286,7 +286,7 @@ torsio_result torsio_knob_record(torsio_knob* knob, double duration_s, double ra
     } catch (const torsio::InvalidArgument&) {
       throw;  // before anything was done
     } catch (...) {
-      made = kept.release();  // what came until then is the caller's
+      made = kept.release();  // the caller gets the samples so far
       throw;
     }
     made = kept.release();

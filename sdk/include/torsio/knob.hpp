@@ -86,9 +86,9 @@ struct OpenOptions {
   double command_timeout_s = 1.0;  ///< longest wait for an answer of the device
   /// Telemetry kept until it is read; the oldest goes first. 1 to 2^24, 64 bytes each.
   std::size_t ring_samples = 65536;
-  /// Asked at least every 20 ms of real time in every call that waits, in the thread that waits.
-  /// If it returns true the call throws Interrupted; what it throws leaves the call as it is. It
-  /// may stop(), disarm() and close() the knob, and nothing else of it.
+  /// Asked at least every 20 ms of real time in every call that waits, in the thread that waits. If
+  /// it returns true the call throws Interrupted. An exception of its own leaves the call
+  /// unchanged. It may stop(), disarm() and close() the knob, and nothing else of it.
   std::function<bool()> interrupted{};
 };
 

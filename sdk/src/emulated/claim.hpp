@@ -19,7 +19,7 @@ class Claim {
 
   [[nodiscard]] device::StoredSlots stored() const;
 
-  /// @param stored what the name keeps from now on; nullptr: what it kept
+  /// @param stored configuration that the name keeps from now on; nullptr: as before
   void release(const device::StoredSlots* stored);
 
  private:

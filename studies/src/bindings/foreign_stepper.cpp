@@ -1,6 +1,6 @@
 // torsio_studies._studies.drive_foreign: another simulator's step function in a compiled loop, so
-// that comparing it with ours does not count the cost of Python against it. What to call and where
-// its inputs and outputs lie comes as addresses; nothing here knows the other simulator.
+// that comparing it with ours does not count the cost of Python against it. The function and its
+// inputs and outputs come as addresses; nothing here knows the other simulator.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
