@@ -1,4 +1,4 @@
-"""Released firmware, kept with a recording of each board.
+"""Released firmware, kept with its reports and a recording of each board.
 
 ``python -m tests.board.released`` keeps the built firmware under the version in ``CMakeLists.txt``.
 Run it when you make a release, and never again for that version.
@@ -6,14 +6,17 @@ Run it when you make a release, and never again for that version.
 
 from __future__ import annotations
 
+import json
 import lzma
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import torsio
 from tests.board import felt, pico
 from tests.board.live import live_knob
+from torsio import protocol
 from torsio.printed.told import DeviceInfo
 from torsio.telemetry import Record
 
@@ -63,6 +66,21 @@ def visit(image: Path, recording: Path) -> tuple[DeviceInfo, Record]:
         return knob.info, log
 
 
+def layouts() -> dict[str, list[Any]]:
+    """Give each report's id and direction, then its fields as on the wire."""
+
+    def flat(fields: list[dict[str, Any]]) -> Iterator[list[Any]]:
+        for field in fields:
+            told = [field[key] for key in ("name", "type", "unit", "count")]
+            yield [*told, field.get("choices", [])]
+            yield from flat(field.get("fields", []))
+
+    return {
+        report["name"]: [report["id"], report["direction"], *flat(report["fields"])]
+        for report in protocol.reports()
+    }
+
+
 def _keep() -> None:
     for name in pico.MODELS:
         pico.choose(name)
@@ -71,6 +89,8 @@ def _keep() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{image.name}.xz").write_bytes(lzma.compress(image.read_bytes(), preset=9))
         visit(image, folder / f"{image.stem}.mcap")
+        rows = [f"{json.dumps(name)}: {json.dumps(one)}" for name, one in layouts().items()]
+        (folder / "reports.json").write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

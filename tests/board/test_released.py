@@ -50,6 +50,18 @@ def test_recording_of_released_firmware_is_read_and_replayed(version: str) -> No
     assert max(largest["motor_command_nm"], largest["spring_torque_nm"]) < 1e-3
 
 
+@pytest.mark.parametrize("version", VERSIONS)
+def test_reports_of_released_firmware_are_the_begin_of_todays(version: str) -> None:
+    today = released.layouts()
+    kept = json.loads((released.RELEASES / version / "reports.json").read_text(encoding="utf-8"))
+    for name, layout in kept.items():
+        assert today[name][:2] == layout[:2], name
+        now = today[name][2 : len(layout)]
+        assert [field[:4] for field in now] == [field[:4] for field in layout[2:]], name
+        for new, (field, *_, choices) in zip(now, layout[2:], strict=True):
+            assert new[4][: len(choices)] == choices, f"{name}.{field}"
+
+
 def test_library_lists_the_firmware_that_is_kept(tmp_path: Path) -> None:
     kept = {
         torsio.read_firmware(released.unpacked(version, tmp_path)).fingerprint
