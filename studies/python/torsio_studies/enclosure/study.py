@@ -141,15 +141,15 @@ def run(study: Study) -> Results:
 
 def show(results: Results, console: Console) -> None:
     """Print the scenes, the worst plant, and where 64 bits lose."""
-    shown = table("case", "events", "digits", "error", "SciPy's", words=1)
+    shown = table("case", "events", "proven digits", "error", "SciPy's", words=1)
     for row in [*results["rows"][:2], results["worst"]]:
         if row["decided"]:
             scipy = f"{row['scipy_error']:.1e}" if "scipy_error" in row else ""
             digits = f"{row['digits']:.0f}"
             shown.add_row(row["name"], str(row["events"]), digits, f"{row['error']:.1e}", scipy)
+    plants = f"median of {len(results['rows']) - 2} plants"
+    shown.add_row(plants, "", "", f"{results['median_error']:.1e}", "")
     console.print(shown)
-    plants = len(results["rows"]) - 2
-    line(console, f"median of {plants} plants: {results['median_error']:.1e}")
     if results["undecided"]:
         line(console, f"{results['undecided']} cases are undecided: two events too near")
     circuits = [row for row in results["electrics"] if row["decided"]]
@@ -159,5 +159,7 @@ def show(results: Results, console: Console) -> None:
         f"with electrics, {len(circuits)} plants: {min(row['digits'] for row in circuits):.0f} "
         f"digits, angles {most['error']:.1e}, current {most['current_error']:.1e}",
     )
+    losses = table("in a period with", "the error grows at most by", words=1)
     for name, growth in results["losses"].items():
-        line(console, f"at most {growth:.1e} is lost in a period with: {name}")
+        losses.add_row(name, f"{growth:.1e}")
+    console.print(losses)
