@@ -17,7 +17,9 @@ from tools import check, check_layers
 
 @pytest.mark.parametrize("name", sorted(check.CHECKS.keys() - {"headers", "prose"}))
 def test_check_passes(name: str) -> None:
-    passed, output = check.run(check.CHECKS[name]())
+    # `./dev check` and `.ci/slow` take the types of the tests too, which doubles the time.
+    command = [word for word in check.CHECKS[name]() if (name, word) != ("mypy", "tests")]
+    passed, output = check.run(command)
     if not passed:
         pytest.fail(output, pytrace=False)
 
