@@ -24,7 +24,8 @@ bool flag(InputKind kind, Bytes bytes) {
   return bytes[0] != 0;
 }
 
-std::uint32_t number(Bytes bytes) {
+std::uint32_t number(InputKind kind, Bytes bytes) {
+  require_size(kind, bytes, 4);
   std::uint32_t value = 0;
   for (std::size_t i = 4; i-- > 0;) value = value << 8U | bytes[i];
   return value;
@@ -33,71 +34,92 @@ std::uint32_t number(Bytes bytes) {
 }  // namespace
 
 void ReplayedDevice::take(InputKind kind, Bytes bytes) {
+  if (take_report(kind, bytes) || take_signal(kind, bytes) || take_surrounding(kind, bytes)) return;
+  throw std::invalid_argument("there is no such kind of input");
+}
+
+/// What the host sends. @returns false if it is of another kind; likewise below
+bool ReplayedDevice::take_report(InputKind kind, Bytes bytes) {
   switch (kind) {
-    case InputKind::stored: {
-      std::size_t size = 0;
-      for (const auto& slot : stored_.slot) size += slot.size();
-      require_size(kind, bytes, size);
-      for (auto& slot : stored_.slot) {
-        std::copy_n(bytes.begin(), slot.size(), slot.begin());
-        bytes = bytes.subspan(slot.size());
-      }
-      return;
-    }
-    case InputKind::power:
-      return set_powered(flag(kind, bytes));
-    case InputKind::connected:
-      connected_ = flag(kind, bytes);
-      if (device_) device_->set_connected(connected_);
-      return;
     case InputKind::output:
-      if (!device_) return;
+      if (!device_) break;
       // Earlier inputs make room for it.
       device_->service();
       if (!device_->receive(bytes)) {
         throw std::invalid_argument("an output report came faster than the device takes them");
       }
-      return;
+      break;
     case InputKind::feature:
       if (device_) static_cast<void>(device_->set_feature(bytes));
-      return;
+      break;
     case InputKind::game_output:
       if (device_) device_->game().receive(bytes);
-      return;
+      break;
     case InputKind::game_feature:
       if (device_) static_cast<void>(device_->game().set_feature(bytes));
-      return;
+      break;
+    default:
+      return false;
+  }
+  return true;
+}
+
+/// What comes in at the board's pins, and what its interrupt finds; but for the encoder's counts.
+bool ReplayedDevice::take_signal(InputKind kind, Bytes bytes) {
+  switch (kind) {
     case InputKind::buttons:
       require_size(kind, bytes, 1);
       if (device_) device_->set_buttons(bytes[0]);
-      return;
+      break;
     case InputKind::emergency_stop:
       inputs_.emergency_stop = flag(kind, bytes);
-      return;
+      break;
     case InputKind::index:
       if (device_) device_->see_index(flag(kind, bytes));
-      return;
+      break;
     case InputKind::actuator_fault:
       inputs_.actuator_fault = flag(kind, bytes);
-      return;
+      break;
     case InputKind::power_faults:
-      require_size(kind, bytes, 4);
-      inputs_.power_faults = static_cast<std::uint16_t>(number(bytes));
-      return;
+      inputs_.power_faults = static_cast<std::uint16_t>(number(kind, bytes));
+      break;
     case InputKind::missed_ticks:
-      require_size(kind, bytes, 4);
-      inputs_.missed_ticks = number(bytes);
-      return;
+      inputs_.missed_ticks = number(kind, bytes);
+      break;
+    default:
+      return false;
+  }
+  return true;
+}
+
+/// Time, power, the bus and the storage.
+bool ReplayedDevice::take_surrounding(InputKind kind, Bytes bytes) {
+  switch (kind) {
+    case InputKind::stored:
+      require_size(kind, bytes, sizeof(stored_.slot));
+      for (auto& slot : stored_.slot) {
+        std::copy_n(bytes.begin(), slot.size(), slot.begin());
+        bytes = bytes.subspan(slot.size());
+      }
+      break;
+    case InputKind::power:
+      set_powered(flag(kind, bytes));
+      break;
     case InputKind::power_cut:
-      require_size(kind, bytes, 4);
-      power_cut_bytes_ = number(bytes);
-      return;
+      power_cut_bytes_ = number(kind, bytes);
+      break;
+    case InputKind::connected:
+      connected_ = flag(kind, bytes);
+      if (device_) device_->set_connected(connected_);
+      break;
     case InputKind::counts:
       require_size(kind, bytes, bytes.size() / 4 * 4);
-      for (; !bytes.empty(); bytes = bytes.subspan(4)) tick(number(bytes));
-      return;
+      for (; !bytes.empty(); bytes = bytes.subspan(4)) tick(number(kind, bytes.first(4)));
+      break;
+    default:
+      return false;
   }
-  throw std::invalid_argument("there is no such kind of input");
+  return true;
 }
 
 void ReplayedDevice::set_powered(bool powered) {

@@ -43,6 +43,9 @@ class ReplayedDevice {
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:
+  bool take_report(InputKind kind, std::span<const std::uint8_t> bytes);
+  bool take_signal(InputKind kind, std::span<const std::uint8_t> bytes);
+  bool take_surrounding(InputKind kind, std::span<const std::uint8_t> bytes);
   void set_powered(bool powered);
   bool settle();
   void tick(std::uint32_t count);

@@ -56,15 +56,33 @@ struct Script {
   std::vector<ProfileKnot> knots;
 };
 
-/// One line without its comment. @returns what is wrong with it, empty if nothing
-std::string read_line(std::string_view line, Script& script) {
-  if (script.kind.empty()) {
-    if (line != "torque_nm" && line != "angle_rad" && line != "motion_rad") {
-      return "the first line must be torque_nm, angle_rad or motion_rad";
-    }
-    script.kind = line;
-    return {};
+/// @returns what is wrong with the first line, empty if nothing; likewise below
+std::string read_kind(std::string_view line, Script& script) {
+  if (line != "torque_nm" && line != "angle_rad" && line != "motion_rad") {
+    return "the first line must be torque_nm, angle_rad or motion_rad";
   }
+  script.kind = line;
+  return {};
+}
+
+/// Whether a hand can go there from the corners before.
+std::string check_way(const std::vector<ProfileKnot>& before, const ProfileKnot& next, bool jumps) {
+  if (before.empty()) return {};
+  const ProfileKnot& last = before.back();
+  if (next.time_ns < last.time_ns) return "is earlier than the line before it";
+  if (next.time_ns == last.time_ns) {
+    if (!jumps) return "has the time of the line before it; only a torque can jump";
+    if (before.size() >= 2 && next.time_ns == before[before.size() - 2].time_ns) {
+      return "is the third with the same time; a jump needs two";
+    }
+  }
+  if (!jumps && std::abs(Profile({last, next}).slope_per_s(last.time_ns)) > kMostSpeedRadS) {
+    return "is further from the line before it than 1e5 rad/s get in that time";
+  }
+  return {};
+}
+
+std::string read_corner(std::string_view line, Script& script) {
   const auto [time_text, value_text] = split(line);
   const auto time_s = number(time_text, kLongestS);
   if (!time_s) return "needs TIME_S VALUE, and the time is no number within 1e6 s";
@@ -74,23 +92,23 @@ std::string read_line(std::string_view line, Script& script) {
     return std::string("needs TIME_S VALUE, and the value is no number within ") +
            (torque ? "10 N m" : "1e6 rad");
   }
-  const std::int64_t time_ns = std::llround(*time_s * 1e9);
-  const auto& knots = script.knots;
-  if (!knots.empty() && time_ns < knots.back().time_ns) return "is earlier than the line before it";
-  if (!knots.empty() && time_ns == knots.back().time_ns) {
-    if (!torque) return "has the time of the line before it; only a torque can jump";
-    if (knots.size() >= 2 && time_ns == knots[knots.size() - 2].time_ns) {
-      return "is the third with the same time; a jump needs two";
-    }
-  }
-  if (!knots.empty() && !torque) {
-    const Profile way({knots.back(), {time_ns, *value}});
-    if (std::abs(way.slope_per_s(knots.back().time_ns)) > kMostSpeedRadS) {
-      return "is further from the line before it than 1e5 rad/s get in that time";
-    }
-  }
-  script.knots.push_back({time_ns, *value});
+  const ProfileKnot next{std::llround(*time_s * 1e9), *value};
+  if (std::string problem = check_way(script.knots, next, torque); !problem.empty()) return problem;
+  script.knots.push_back(next);
   return {};
+}
+
+/// @throws BadScript
+std::string read_text(std::istream& stream, const std::string& name) {
+  std::string text(kMostBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kMostBytes) throw BadScript(name + ": has more than 16 MiB, and no script has");
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // Notepad's mark
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw BadScript(name + ":1: is in UTF-16: save it as UTF-8");
+  }
+  return text;
 }
 
 }  // namespace
@@ -105,27 +123,20 @@ Hand firm_hand(Profile intended_angle_rad) {
 }
 
 Hand read_hand(std::istream& stream, const std::string& name, std::int64_t start_ns) {
+  std::istringstream lines(read_text(stream, name));
   Script script;
   std::string text;
   std::size_t count = 0;
   const auto fail = [&](const std::string& what) {
     throw BadScript(name + ":" + std::to_string(count) + ": " + what);
   };
-  std::string whole(kMostBytes + 1, '\0');
-  stream.read(whole.data(), static_cast<std::streamsize>(whole.size()));
-  whole.resize(static_cast<std::size_t>(stream.gcount()));
-  if (whole.size() > kMostBytes)
-    throw BadScript(name + ": has more than 16 MiB, and no script has");
-  std::istringstream lines(whole);
   while (std::getline(lines, text)) {
     ++count;
-    if (count == 1 && text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // Notepad's mark
-    if (count == 1 && (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))) {
-      fail("is in UTF-16: save it as UTF-8");
-    }
     const std::string_view line = trimmed(std::string_view(text).substr(0, text.find('#')));
     if (line.empty()) continue;
-    if (const std::string problem = read_line(line, script); !problem.empty()) fail(problem);
+    const std::string problem =
+        script.kind.empty() ? read_kind(line, script) : read_corner(line, script);
+    if (!problem.empty()) fail(problem);
   }
   if (stream.bad()) fail("cannot be read to its end");
   if (script.knots.empty()) fail("the file ends before its first corner TIME_S VALUE");

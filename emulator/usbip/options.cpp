@@ -20,6 +20,17 @@ Number number(std::string_view name, std::string_view text, Number lowest, Numbe
                   std::to_string(lowest) + " to " + std::to_string(highest));
 }
 
+void set_hand(ProgramOptions& options, std::string_view value) {
+  const bool known = value == "still" || value == "free" || value == "pushes" ||
+                     (value.starts_with("scripted:") && value != "scripted:");
+  if (!known) {
+    throw BadOption("--hand is \"" + std::string(value) +
+                    "\", must be still, free, pushes or scripted:FILE");
+  }
+  options.commands = options.commands || value == "pushes";
+  options.hand = value == "pushes" ? "free" : value;
+}
+
 void set(ProgramOptions& options, std::string_view name, std::string_view value) {
   if (name == "--address") {
     options.address = value;
@@ -33,14 +44,7 @@ void set(ProgramOptions& options, std::string_view name, std::string_view value)
   } else if (name == "--seed") {
     options.seed = number<std::uint64_t>(name, value, 0, UINT64_MAX);
   } else if (name == "--hand") {
-    const bool known = value == "still" || value == "free" || value == "pushes" ||
-                       (value.starts_with("scripted:") && value != "scripted:");
-    if (!known) {
-      throw BadOption("--hand is \"" + std::string(value) +
-                      "\", must be still, free, pushes or scripted:FILE");
-    }
-    options.commands = options.commands || value == "pushes";
-    options.hand = value == "pushes" ? "free" : value;
+    set_hand(options, value);
   } else if (name == "--log") {
     options.log = value;
   } else if (name == "--storage") {

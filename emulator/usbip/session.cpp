@@ -63,15 +63,17 @@ void Session::import_device(std::string_view bus_id) {
   write_import(output_, export_.record);
 }
 
+std::size_t Session::take_back(const Unlink& unlink) {
+  if (unlink.device_id != export_.record.id()) return give_up("asked another device");
+  const bool was_pending = export_.host.unlink(unlink.target);
+  write_unlink_reply(output_, unlink.sequence, was_pending ? kUnlinked : kOk);
+  return kHeaderSize;
+}
+
 std::size_t Session::read_request(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < kHeaderSize) return 0;
   const auto [submit, unlink] = usbip::read_request(bytes);
-  if (unlink) {
-    if (unlink->device_id != export_.record.id()) return give_up("asked another device");
-    const bool was_pending = export_.host.unlink(unlink->target);
-    write_unlink_reply(output_, unlink->sequence, was_pending ? kUnlinked : kOk);
-    return kHeaderSize;
-  }
+  if (unlink) return take_back(*unlink);
   if (!submit) return give_up("sent a request that does not exist");
   if (submit->device_id != export_.record.id()) return give_up("asked another device");
   if (submit->packets != 0 && submit->packets != 0xFFFFFFFF) {

@@ -53,6 +53,7 @@ class Session {
   /// @returns how many bytes it took; 0: it needs more of them
   std::size_t read_operation(std::span<const std::uint8_t> bytes);
   std::size_t read_request(std::span<const std::uint8_t> bytes);
+  std::size_t take_back(const Unlink& unlink);
   void import_device(std::string_view bus_id);
   void reply(const std::vector<Completion>& completions);
   std::size_t give_up(std::string_view problem);
