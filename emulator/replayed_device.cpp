@@ -38,7 +38,7 @@ void ReplayedDevice::take(InputKind kind, Bytes bytes) {
   throw std::invalid_argument("there is no such kind of input");
 }
 
-/// What the host sends. @returns false if it is of another kind; likewise below
+/// Reports of the host. @returns false if it is of another kind; likewise below
 bool ReplayedDevice::take_report(InputKind kind, Bytes bytes) {
   switch (kind) {
     case InputKind::output:
@@ -64,7 +64,7 @@ bool ReplayedDevice::take_report(InputKind kind, Bytes bytes) {
   return true;
 }
 
-/// What comes in at the board's pins, and what its interrupt finds; but for the encoder's counts.
+/// Signals at the board's pins but the encoder's counts, and ticks that the interrupt missed.
 bool ReplayedDevice::take_signal(InputKind kind, Bytes bytes) {
   switch (kind) {
     case InputKind::buttons:

@@ -65,7 +65,7 @@ std::string read_kind(std::string_view line, Script& script) {
   return {};
 }
 
-/// Whether a hand can go there from the corners before.
+/// Checks that a hand can go there from the corners before.
 std::string check_way(const std::vector<ProfileKnot>& before, const ProfileKnot& next, bool jumps) {
   if (before.empty()) return {};
   const ProfileKnot& last = before.back();

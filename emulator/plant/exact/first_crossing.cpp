@@ -33,11 +33,17 @@ constexpr Basis make_basis() {
 }
 constexpr Basis kBasis = make_basis();
 
+/// Without the highest terms that count for nothing.
+std::size_t degree_of(const Polynomial& polynomial) {
+  std::size_t degree = kCount - 1;
+  while (degree > 1 && std::abs(polynomial[degree]) <= 1e-18 * std::abs(polynomial[0])) --degree;
+  return degree;
+}
+
 /// The root in (low, high), where the polynomial changes once from positive to negative. Newton's
 /// method begins at s; a bisection replaces a step that leaves the bracket.
 double refine(const Polynomial& polynomial, double low, double high, double s) {
-  std::size_t degree = kCount - 1;
-  while (degree > 1 && std::abs(polynomial[degree]) <= 1e-18 * std::abs(polynomial[0])) --degree;
+  const std::size_t degree = degree_of(polynomial);
   if (!(s > low && s < high)) s = 0.5 * (low + high);
   for (int iteration = 0; iteration < 100; ++iteration) {
     double value = polynomial[degree];
@@ -57,6 +63,23 @@ double refine(const Polynomial& polynomial, double low, double high, double s) {
     s = next;
   }
   return s;
+}
+
+/// The crossing of a polynomial that falls all the way. The parabola of its first terms is a good
+/// begin.
+std::optional<double> crossing_of_fall(const Polynomial& polynomial, double tolerance) {
+  if (evaluate(polynomial, 1.0) >= -tolerance) return std::nullopt;
+  const double fall = -0.5 * polynomial[1];
+  const double square = std::max(0.0, fall * fall - polynomial[0] * polynomial[2]);
+  return refine(polynomial, 0.0, 1.0, polynomial[0] / (fall + std::sqrt(square)));
+}
+
+Bernstein over_bernstein(const Polynomial& polynomial) {
+  Bernstein b{};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    for (std::size_t k = 0; k <= i; ++k) b[i] += kBasis[i][k] * polynomial[k];
+  }
+  return b;
 }
 
 struct Search {
@@ -126,18 +149,9 @@ std::optional<double> first_crossing(const Polynomial& polynomial, double tolera
     rest_of_slope += static_cast<double>(k) * std::abs(polynomial[k]);
   }
   if (polynomial[0] > tolerance && -polynomial[1] > rest_of_slope) {
-    // It falls all the way. The parabola of its first terms is a good begin.
-    if (evaluate(polynomial, 1.0) >= -tolerance) return std::nullopt;
-    const double fall = -0.5 * polynomial[1];
-    const double square = std::max(0.0, fall * fall - polynomial[0] * polynomial[2]);
-    return refine(polynomial, 0.0, 1.0, polynomial[0] / (fall + std::sqrt(square)));
+    return crossing_of_fall(polynomial, tolerance);
   }
-
-  Bernstein b{};
-  for (std::size_t i = 0; i < kCount; ++i) {
-    for (std::size_t k = 0; k <= i; ++k) b[i] += kBasis[i][k] * polynomial[k];
-  }
-  return Search{polynomial, tolerance}(b, 0.0, 1.0);
+  return Search{polynomial, tolerance}(over_bernstein(polynomial), 0.0, 1.0);
 }
 
 }  // namespace torsio::emulator

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stdexcept>
 
 #include "emulator/plant/exact/chain.hpp"
 #include "emulator/plant/exact/taylor.hpp"
@@ -62,6 +63,43 @@ struct Rung {
 /// rungs only serve to sample the others, 2^kFiner times a step.
 constexpr std::size_t kFiner = 3;
 constexpr std::size_t kSamples = 1u << kFiner;
+
+/// The cells of a whole step, each as long as the last rung that is not only sampled.
+struct Cells {
+  std::size_t rungs = 1;
+  std::int64_t count = 1;
+  double length_s = 0.0;
+};
+
+/// @throws std::invalid_argument if the plant moves too fast for any such step
+template <int kShafts>
+Cells cells_of_step(const Chain<kShafts>& chain, std::int64_t step_ns) {
+  // On the longest rung the sampled bounds must resolve every oscillation; within the last one the
+  // Taylor series must converge. With n = kPolynomialDegree and x = rate times step, it leaves out
+  // less than x^(n+1) / (n+1)! of a torque that decays at that rate, the first term of an
+  // alternating series; of the speed that the torque makes, which begins with x, 1 / x times as
+  // much, and of the angle, which begins with x^2 / 2, 2 / x^2 times: 2e-12, 3e-12 and 7e-12 for x
+  // = 0.7.
+  constexpr double kResolved = 2.0;
+  constexpr double kConverged = 0.7;
+  static_assert(kPolynomialDegree >= 12);
+  constexpr int kMostHalvings = 40;
+  const double oscillation = chain.fastest_oscillation();
+  const double fastest = oscillation + chain.fastest_decay();
+  Cells cells{.length_s = 1e-9 * static_cast<double>(step_ns)};
+  int halvings = 0;
+  while (cells.length_s * fastest > kConverged) {
+    if (cells.length_s * oscillation <= kResolved) ++cells.rungs;
+    cells.length_s *= 0.5;
+    cells.count *= 2;
+    if (++halvings > kMostHalvings) {
+      throw std::invalid_argument(
+          "plant: its fastest motion is more than 1e11 times faster than step_ns; "
+          "shorten the step, or set small time constants to 0");
+    }
+  }
+  return cells;
+}
 
 /// Moving ends of shafts: a still one is left out of the sums.
 struct Moving {

@@ -18,8 +18,6 @@
 #include <limits>
 #include <memory>
 #include <span>
-#include <stdexcept>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -29,8 +27,6 @@
 
 namespace torsio::emulator {
 namespace {
-
-constexpr double kEpsilon = 0x1p-52;
 
 template <int kShafts>
 class ExactStepper final : public Stepper {
@@ -76,12 +72,24 @@ class ExactStepper final : public Stepper {
   [[nodiscard]] bool climb_with(const Rung<kShafts>& rung);
   /// Goes on for `duration_ns` after the longest rung could not be taken.
   void go_in_cells(std::int64_t duration_ns);
+  /// Takes the longest rung within `limit` cells that certainly holds no event. @returns which;
+  /// rungs_: none. `reach` becomes the cells up to the next event if there are signs of one.
+  [[nodiscard]] std::size_t climb_within(double limit, double& reach);
+  [[nodiscard]] std::int64_t cells_of(std::size_t rung) const {
+    return std::int64_t{1} << (rungs_ - 1 - rung);
+  }
 
+  /// Goes along Taylor series for `rest_s`, from event to event.
+  void creep_through(double rest_s);
   /// Goes along the Taylor series for `step_s`, or up to the first event.
   [[nodiscard]] Outcome creep(double step_s);
 
   /// Changes the regime as the event has it.
   void take(Event event);
+  void turn_knob();
+  void turn_brake();
+  void pass_knee(int pieces);
+  void pass_cogging(int pieces);
   [[nodiscard]] Slip knob_at_rest() const;
   [[nodiscard]] Slip brake_at_rest() const;
 
@@ -89,9 +97,9 @@ class ExactStepper final : public Stepper {
   Chain<kShafts> chain_;
   bool driven_;  // the knob is on a prescribed path
   bool pieces_;  // something is linear in pieces only
-  std::size_t rungs_ = 1;
+  std::size_t rungs_;
   std::int64_t step_ns_;
-  std::int64_t cells_ = 1;              // of a whole step
+  std::int64_t cells_;                  // of a whole step
   std::int64_t longest_ns_;             // the whole step if the first rung is as long, otherwise 0
   double cell_s_;                       // the length of the last rung
   std::vector<Rung<kShafts>> ladders_;  // of all regimes, one after the other
@@ -114,32 +122,12 @@ ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
       chain_(model_),
       driven_(model_.knob_is_driven()),
       pieces_(model_.shaft_spring.size() > 1 || !model_.cogging_nm.empty()),
-      step_ns_(step_ns),
-      cell_s_(1e-9 * static_cast<double>(step_ns)) {
-  // On the longest rung the sampled bounds must resolve every oscillation; within the last one the
-  // Taylor series must converge. With n = kPolynomialDegree and x = rate times step, it leaves out
-  // less than x^(n+1) / (n+1)! of a torque that decays at that rate, the first term of an
-  // alternating series; of the speed that the torque makes, which begins with x, 1 / x times as
-  // much, and of the angle, which begins with x^2 / 2, 2 / x^2 times: 2e-12, 3e-12 and 7e-12 for x
-  // = 0.7.
-  constexpr double kResolved = 2.0;
-  constexpr double kConverged = 0.7;
-  static_assert(kPolynomialDegree >= 12);
-  constexpr int kMostHalvings = 40;
-  const double oscillation = chain_.fastest_oscillation();
-  const double fastest = oscillation + chain_.fastest_decay();
-  int halvings = 0;
-  while (cell_s_ * fastest > kConverged) {
-    if (cell_s_ * oscillation <= kResolved) ++rungs_;
-    cell_s_ *= 0.5;
-    cells_ *= 2;
-    if (++halvings > kMostHalvings) {
-      throw std::invalid_argument(
-          "plant: its fastest motion is more than 1e11 times faster than step_ns; "
-          "shorten the step, or set small time constants to 0");
-    }
-  }
-  longest_ns_ = cells_ == std::int64_t{1} << (rungs_ - 1) ? step_ns : 0;
+      step_ns_(step_ns) {
+  const Cells whole = cells_of_step(chain_, step_ns);
+  rungs_ = whole.rungs;
+  cells_ = whole.count;
+  cell_s_ = whole.length_s;
+  longest_ns_ = cells_ == cells_of(0) ? step_ns : 0;
   const std::size_t pieces = std::max<std::size_t>(1, model_.cogging_nm.size());
   const std::size_t regimes = pieces * std::max<std::size_t>(1, model_.shaft_spring.size()) * 9;
   ladders_.resize(regimes * (rungs_ + kFiner));
@@ -300,53 +288,9 @@ typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step
   }
 
   const auto series = taylor_series(chain_, z_, regime_, step_s);
-  EventSearch<kShafts> search(series);
-  // Rounding of the torques that are summed up, which no event may be made of.
-  double torque = std::abs(z_[C::kForce]) + std::abs(z_[C::kMotorGap]) + z_[C::kCoulomb];
-  for (std::size_t i = 0; i < C::kSprings; ++i) {
-    torque += std::abs(chain_.stiffness(i, regime_) * z_[C::kTwist + i]) +
-              chain_.damping[i] * (std::abs(z_[C::kSpeed + i]) + std::abs(z_[C::kSpeed + i + 1]));
-  }
-  const auto speed_rounding = [&](std::size_t shaft) {
-    return 4.0 * kEpsilon *
-           (torque * step_s * chain_.mobility[shaft] + std::abs(z_[C::kSpeed + shaft]));
-  };
-  if (regime_.knob != Slip::held) {
-    search.look_slipping(Event::knob, regime_.knob, C::kSpeed, speed_rounding(0));
-  } else if (!driven_) {
-    search.look_held(
-        Event::knob, [](const Vector& z) { return z[C::kCoulomb]; },
-        [&](const Vector& z) { return chain_.knob_demand(z, regime_); }, 4.0 * kEpsilon * torque);
-  }
-  if constexpr (kShafts > 1) {
-    torque += z_[C::kCapacity] + std::abs(z_[C::kBrakeGap]);
-    if (regime_.brake != Slip::held) {
-      search.look_slipping(Event::brake, regime_.brake, C::kLast, speed_rounding(kShafts - 1));
-    } else {
-      search.look_held(
-          Event::brake, [&](const Vector& z) { return chain_.capacity(z); },
-          [&](const Vector& z) { return chain_.brake_demand(z, regime_); },
-          4.0 * kEpsilon * torque);
-    }
-    if (pieces_) {
-      const SpringPiece& piece = spring_piece();
-      const double tolerance =
-          4.0 * kEpsilon * (std::abs(z_[C::kTwist]) + std::abs(piece.rest_rad));
-      for (const auto& [which, side, border_rad] :
-           {std::tuple{Event::twist_low, -1.0, piece.begin_rad},
-            std::tuple{Event::twist_high, 1.0, piece.end_rad}}) {
-        if (!std::isfinite(border_rad)) continue;
-        search.look_border(which, side, C::kTwist, border_rad - piece.rest_rad, tolerance);
-      }
-    }
-  }
-  if (!model_.cogging_nm.empty()) {
-    const double tolerance =
-        4.0 * kEpsilon * (std::abs(z_[C::kTravel]) + travel_high_ - travel_low_);
-    search.look_border(Event::travel_low, -1.0, C::kTravel, travel_low_, tolerance);
-    search.look_border(Event::travel_high, 1.0, C::kTravel, travel_high_, tolerance);
-  }
-
+  EventSearch<kShafts> search(chain_, regime_, series);
+  search.look_at_friction(driven_, step_s);
+  if (pieces_) search.look_at_pieces(travel_low_, travel_high_);
   z_ = value_at<kShafts>(series, search.until());
   const double share = search.event() == Event::none ? 1.0 : search.until();
   return {share * step_s, search.event()};
@@ -358,41 +302,80 @@ void ExactStepper<kShafts>::take(Event event) {
     case Event::none:
       break;
     case Event::knob:
-      if (regime_.knob == Slip::held) {
-        regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
-      } else {
-        z_[C::kSpeed] = 0.0;
-        regime_.knob = knob_at_rest();
-      }
-      break;
+      return turn_knob();
     case Event::brake:
-      if constexpr (kShafts > 1) {
-        if (regime_.brake == Slip::held) {
-          regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
-        } else {
-          z_[C::kLast] = 0.0;
-          regime_.brake = brake_at_rest();
-        }
-      }
-      break;
+      return turn_brake();
     case Event::twist_low:
-    case Event::twist_high: {
-      const auto rest = [&] { return spring_piece().rest_rad; };
-      const double twist = z_[C::kTwist] + rest();
-      regime_.spring_piece += event == Event::twist_high ? 1 : -1;
-      z_[C::kTwist] = twist - rest();
-      break;
-    }
+      return pass_knee(-1);
+    case Event::twist_high:
+      return pass_knee(1);
     case Event::travel_low:
-    case Event::travel_high: {
-      const int steps = event == Event::travel_high ? 1 : -1;
-      const double border = steps > 0 ? travel_high_ : travel_low_;
-      regime_.cogging = neighbour(model_, regime_.cogging, steps);
-      travel_low_ = border + regime_.cogging.begin_rad;
-      travel_high_ = border + regime_.cogging.end_rad;
-      break;
+      return pass_cogging(-1);
+    case Event::travel_high:
+      return pass_cogging(1);
+  }
+}
+
+/// Friction lets go of the knob or catches it, and likewise the brake.
+template <int kShafts>
+void ExactStepper<kShafts>::turn_knob() {
+  if (regime_.knob == Slip::held) {
+    regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
+  } else {
+    z_[C::kSpeed] = 0.0;
+    regime_.knob = knob_at_rest();
+  }
+}
+
+template <int kShafts>
+void ExactStepper<kShafts>::turn_brake() {
+  if constexpr (kShafts > 1) {
+    if (regime_.brake == Slip::held) {
+      regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
+    } else {
+      z_[C::kLast] = 0.0;
+      regime_.brake = brake_at_rest();
     }
   }
+}
+
+template <int kShafts>
+void ExactStepper<kShafts>::pass_knee(int pieces) {
+  const double twist = z_[C::kTwist] + spring_piece().rest_rad;
+  regime_.spring_piece += pieces;
+  z_[C::kTwist] = twist - spring_piece().rest_rad;
+}
+
+template <int kShafts>
+void ExactStepper<kShafts>::pass_cogging(int pieces) {
+  const double border = pieces > 0 ? travel_high_ : travel_low_;
+  regime_.cogging = neighbour(model_, regime_.cogging, pieces);
+  travel_low_ = border + regime_.cogging.begin_rad;
+  travel_high_ = border + regime_.cogging.end_rad;
+}
+
+template <int kShafts>
+void ExactStepper<kShafts>::creep_through(double rest_s) {
+  while (rest_s > 0.0) {
+    const Outcome outcome = creep(rest_s);
+    rest_s -= outcome.elapsed_s;
+    if (outcome.event == Event::none) continue;
+    stalled_ = outcome.elapsed_s > 1e-6 * cell_s_ ? 0 : stalled_ + 1;
+    take(outcome.event);
+  }
+}
+
+template <int kShafts>
+std::size_t ExactStepper<kShafts>::climb_within(double limit, double& reach) {
+  const auto rungs = ladder();
+  for (std::size_t rung = 0; rung < rungs_; ++rung) {
+    const auto length = static_cast<double>(cells_of(rung));
+    if (length > limit) continue;
+    if (climb(rungs.subspan(rung))) return rung;
+    limit = reach_ * length;
+    if (crossing_) reach = limit;
+  }
+  return rungs_;
 }
 
 template <int kShafts>
@@ -400,7 +383,6 @@ template <int kShafts>
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
   // Whole cells, after what is left of the first one.
   std::int64_t cells = cells_;
-  double rest_s = 0.0;
   double reach = kAnywhere;  // cells up to the next event, if there are signs of one
   double limit = static_cast<double>(cells);  // cells that are worth a try
   if (duration_ns == longest_ns_) {
@@ -410,36 +392,17 @@ template <int kShafts>
     const double duration_s = 1e-9 * static_cast<double>(duration_ns);
     constexpr double kRounding = 1e-12;
     cells = static_cast<std::int64_t>(duration_s / cell_s_ + kRounding);
-    rest_s = std::max(0.0, duration_s - static_cast<double>(cells) * cell_s_);
+    creep_through(std::max(0.0, duration_s - static_cast<double>(cells) * cell_s_));
     limit = kAnywhere;
   }
-  const auto cells_of = [&](std::size_t rung) { return std::int64_t{1} << (rungs_ - 1 - rung); };
-  while (true) {
-    while (rest_s > 0.0) {
-      const Outcome outcome = creep(rest_s);
-      rest_s -= outcome.elapsed_s;
-      if (outcome.event == Event::none) continue;
-      stalled_ = outcome.elapsed_s > 1e-6 * cell_s_ ? 0 : stalled_ + 1;
-      take(outcome.event);
-    }
-    if (cells == 0) return;
-    const auto rungs = ladder();
-    std::size_t rung = 0;
-    limit = std::min(limit, static_cast<double>(cells));
-    while (true) {
-      while (rung<rungs_&& static_cast<double>(cells_of(rung))> limit) ++rung;
-      if (rung == rungs_) break;
-      if (climb(rungs.subspan(rung))) break;
-      limit = reach_ * static_cast<double>(cells_of(rung));
-      if (crossing_) reach = limit;
-      ++rung;
-    }
+  while (cells > 0) {
+    const std::size_t rung = climb_within(std::min(limit, static_cast<double>(cells)), reach);
     if (rung < rungs_) {
       cells -= cells_of(rung);
       reach -= static_cast<double>(cells_of(rung));
     } else {
       --cells;
-      rest_s = cell_s_;
+      creep_through(cell_s_);
       reach = kAnywhere;
     }
     limit = reach;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -95,20 +96,79 @@ typename Chain<kShafts>::Vector value_at(const Series<kShafts>& series, double s
   return z;
 }
 
+constexpr double kEpsilon = 0x1p-52;
+
 enum class Event { none, knob, brake, twist_low, twist_high, travel_low, travel_high };
 
 /// Looks for the first event along a series. Each watched quantity is linear in the state.
 template <int kShafts>
 class EventSearch {
- public:
-  using Vector = typename Chain<kShafts>::Vector;
+  using C = Chain<kShafts>;
+  using Vector = typename C::Vector;
 
-  explicit EventSearch(const Series<kShafts>& series) : series_(series) {}
+ public:
+  EventSearch(const C& chain, const Regime& regime, const Series<kShafts>& series)
+      : chain_(chain), regime_(regime), series_(series) {}
 
   [[nodiscard]] Event event() const { return event_; }
   /// Where it is; 1 without one.
   [[nodiscard]] double until() const { return until_; }
 
+  /// Finds friction that catches a shaft or lets go of it.
+  [[gnu::always_inline]] void look_at_friction(bool driven, double step_s) {
+    const Vector& z = series_[0];
+    // Rounding of the torques that are summed up, which no event may be made of.
+    double torque = std::abs(z[C::kForce]) + std::abs(z[C::kMotorGap]) + z[C::kCoulomb];
+    for (std::size_t i = 0; i < C::kSprings; ++i) {
+      torque += std::abs(chain_.stiffness(i, regime_) * z[C::kTwist + i]) +
+                chain_.damping[i] * (std::abs(z[C::kSpeed + i]) + std::abs(z[C::kSpeed + i + 1]));
+    }
+    const auto speed_rounding = [&](std::size_t shaft) {
+      return 4.0 * kEpsilon *
+             (torque * step_s * chain_.mobility[shaft] + std::abs(z[C::kSpeed + shaft]));
+    };
+    if (regime_.knob != Slip::held) {
+      look_slipping(Event::knob, regime_.knob, C::kSpeed, speed_rounding(0));
+    } else if (!driven) {
+      look_held(
+          Event::knob, [](const Vector& at) { return at[C::kCoulomb]; },
+          [&](const Vector& at) { return chain_.knob_demand(at, regime_); },
+          4.0 * kEpsilon * torque);
+    }
+    if constexpr (kShafts > 1) {
+      torque += z[C::kCapacity] + std::abs(z[C::kBrakeGap]);
+      if (regime_.brake != Slip::held) {
+        look_slipping(Event::brake, regime_.brake, C::kLast, speed_rounding(kShafts - 1));
+      } else {
+        look_held(
+            Event::brake, [&](const Vector& at) { return chain_.capacity(at); },
+            [&](const Vector& at) { return chain_.brake_demand(at, regime_); },
+            4.0 * kEpsilon * torque);
+      }
+    }
+  }
+
+  /// Finds the end of the spring's piece, and of the cogging's, from `low` to `high`.
+  [[gnu::always_inline]] void look_at_pieces(double low, double high) {
+    const Vector& z = series_[0];
+    const auto& springs = chain_.model.shaft_spring;
+    if (kShafts > 1 && springs.size() > 1) {
+      const SpringPiece& piece = springs[static_cast<std::size_t>(regime_.spring_piece)];
+      const double tolerance = 4.0 * kEpsilon * (std::abs(z[C::kTwist]) + std::abs(piece.rest_rad));
+      for (const auto& [which, side, border_rad] :
+           {std::tuple{Event::twist_low, -1.0, piece.begin_rad},
+            std::tuple{Event::twist_high, 1.0, piece.end_rad}}) {
+        if (!std::isfinite(border_rad)) continue;
+        look_border(which, side, C::kTwist, border_rad - piece.rest_rad, tolerance);
+      }
+    }
+    if (chain_.model.cogging_nm.empty()) return;
+    const double tolerance = 4.0 * kEpsilon * (std::abs(z[C::kTravel]) + high - low);
+    look_border(Event::travel_low, -1.0, C::kTravel, low, tolerance);
+    look_border(Event::travel_high, 1.0, C::kTravel, high, tolerance);
+  }
+
+ private:
   /// Does a shaft stop that turns in `direction`?
   void look_slipping(Event which, Slip direction, std::size_t speed, double tolerance) {
     const double side = sign_of(direction);
@@ -140,7 +200,6 @@ class EventSearch {
     look(which, room, tolerance);
   }
 
- private:
   template <class Value>
   Polynomial along(Value&& value) const {
     Polynomial result;
@@ -156,6 +215,8 @@ class EventSearch {
     }
   }
 
+  const C& chain_;
+  const Regime& regime_;
   const Series<kShafts>& series_;
   Event event_ = Event::none;
   double until_ = 1.0;
