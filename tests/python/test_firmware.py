@@ -370,7 +370,7 @@ def test_two_drives_are_not_guessed_between(board: StandIn, file: Path) -> None:
 def test_file_that_changes_after_consent_is_not_copied(board: StandIn, file: Path) -> None:
     plan = torsio.prepare_update(file, host=board)
     file.write_bytes(image(version=(0, 9, 8)))
-    with pytest.raises(torsio.InvalidArgument, match="another file"):
+    with pytest.raises(torsio.InvalidArgument, match="changed since"):
         torsio.carry_out(plan)
     assert board.started == []
 

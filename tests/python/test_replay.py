@@ -144,7 +144,7 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
         torsio.replay(counted, **{"detents.torque_nm": 0.01, "constant.torque_nm": 0.01})
     with pytest.raises(torsio.InvalidArgument, match="there is no effect walls, but wall, "):
         torsio.replay(file, **{"walls.stiffness_nm_per_rad": 1})
-    with pytest.raises(torsio.InvalidArgument, match="can be changed of wall is stiffness_nm"):
+    with pytest.raises(torsio.InvalidArgument, match="you can change stiffness_nm"):
         torsio.replay(file, **{"wall.angle_rad": 1})
     with pytest.raises(torsio.InvalidArgument, match="no field lawn"):
         torsio.replay(file, lawn=1)

@@ -164,7 +164,7 @@ def _place(path: str) -> tuple[str, str]:
             f"{path}: there is no effect {effect}, but {', '.join(_EFFECT_FIELDS)}"
         )
     if name not in known:
-        raise InvalidArgument(f"{path}: {effect} has the fields {', '.join(known)}")
+        raise InvalidArgument(f"{path}: you can change {', '.join(known)} of {effect}")
     return effect, name
 
 
