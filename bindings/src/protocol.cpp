@@ -54,8 +54,9 @@ py::object plain(const T& value) {
   throw py::value_error("field '" + path + "': " + why);
 }
 
+/// A value of a report; `path` names it in errors. Arrays and structures have others in them.
 template <class T>
-void scalar_from_python(T& value, const py::handle& source, const std::string& path) {
+void wire_from_python(T& value, const py::handle& source, const std::string& path) {
   if constexpr (std::is_floating_point_v<T>) {
     const double number = PyFloat_AsDouble(source.ptr());
     if (PyErr_Occurred() != nullptr) throw py::error_already_set();
@@ -71,48 +72,51 @@ void scalar_from_python(T& value, const py::handle& source, const std::string& p
   }
 }
 
-template <class T>
+template <Enumeration T>
 void wire_from_python(T& value, const py::handle& source, const std::string& path) {
-  if constexpr (Array<T>) {
-    const auto list = py::reinterpret_borrow<py::object>(source).cast<py::sequence>();
-    if (list.size() != value.size()) {
-      refuse(path, "needs " + std::to_string(value.size()) + " values, has " +
-                       std::to_string(list.size()));
+  const auto& names = protocol::Enumerators<T>::names;
+  const std::string name = py::bytes(py::str(source).attr("encode")("utf-8", "backslashreplace"));
+  std::string allowed;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == name) {
+      value = static_cast<T>(i);
+      return;
     }
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      wire_from_python(value[i], py::object(list[i]), path + "[" + std::to_string(i) + "]");
-    }
-  } else if constexpr (Structure<T>) {
-    if (!py::isinstance<py::dict>(source)) refuse(path, "needs a dict");
-    std::size_t known = 0;
-    const auto dict = py::reinterpret_borrow<py::dict>(source);
-    const auto one = [&](const auto& field) {
-      const py::str key = to_str(field.name);
-      if (!dict.contains(key)) return;
-      ++known;
-      const std::string prefix = path.empty() ? "" : path + ".";
-      wire_from_python(value.*field.member, dict[key], prefix + std::string(field.name));
-    };
-    Layout<T>::fields.apply([&](const auto&... field) { (one(field), ...); });
-    if (known != dict.size()) {
-      refuse(path.empty() ? "report" : path, "unknown names in " + std::string(py::repr(dict)));
-    }
-  } else if constexpr (Enumeration<T>) {
-    const auto& names = protocol::Enumerators<T>::names;
-    const std::string name = py::bytes(py::str(source).attr("encode")("utf-8", "backslashreplace"));
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (names[i] == name) {
-        value = static_cast<T>(i);
-        return;
-      }
-    }
-    std::string allowed;
-    for (const std::string_view each : names) {
-      allowed += (allowed.empty() ? "'" : ", '") + std::string(each) + "'";
-    }
-    refuse(path, "must be one of " + allowed + ", is '" + name + "'");
-  } else {
-    scalar_from_python(value, source, path);
+    allowed += (allowed.empty() ? "'" : ", '") + std::string(names[i]) + "'";
+  }
+  refuse(path, "must be one of " + allowed + ", is '" + name + "'");
+}
+
+template <Structure T>
+void wire_from_python(T& value, const py::handle& source, const std::string& path);
+
+template <Array T>
+void wire_from_python(T& value, const py::handle& source, const std::string& path) {
+  const auto list = py::reinterpret_borrow<py::object>(source).cast<py::sequence>();
+  if (list.size() != value.size()) {
+    refuse(path,
+           "needs " + std::to_string(value.size()) + " values, has " + std::to_string(list.size()));
+  }
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    wire_from_python(value[i], py::object(list[i]), path + "[" + std::to_string(i) + "]");
+  }
+}
+
+template <Structure T>
+void wire_from_python(T& value, const py::handle& source, const std::string& path) {
+  if (!py::isinstance<py::dict>(source)) refuse(path, "needs a dict");
+  std::size_t known = 0;
+  const auto dict = py::reinterpret_borrow<py::dict>(source);
+  const auto one = [&](const auto& field) {
+    const py::str key = to_str(field.name);
+    if (!dict.contains(key)) return;
+    ++known;
+    const std::string prefix = path.empty() ? "" : path + ".";
+    wire_from_python(value.*field.member, dict[key], prefix + std::string(field.name));
+  };
+  Layout<T>::fields.apply([&](const auto&... field) { (one(field), ...); });
+  if (known != dict.size()) {
+    refuse(path.empty() ? "report" : path, "unknown names in " + std::string(py::repr(dict)));
   }
 }
 

@@ -146,22 +146,25 @@ class ConfigReader {
 }
 
 template <class T>
+T enumerator_of(std::string_view name, const ConfigScalar& given) {
+  const auto& values = Names<T>::values;
+  const auto* word = std::get_if<std::string>(&given);
+  const auto found = word ? std::find(values.begin(), values.end(), *word) : values.end();
+  if (found != values.end()) return static_cast<T>(found - values.begin());
+  std::string known;
+  for (const std::string_view each : values) {
+    known += (known.empty() ? "one of " : ", ") + std::string(each);
+  }
+  must_take(name, known);
+}
+
+template <class T>
 void assign_field(std::string_view name, const ConfigScalar& given, T& value) {
   if constexpr (std::is_same_v<T, bool>) {
     if (!std::holds_alternative<bool>(given)) must_take(name, "true or false");
     value = std::get<bool>(given);
   } else if constexpr (std::is_enum_v<T>) {
-    const auto& values = Names<T>::values;
-    const auto* word = std::get_if<std::string>(&given);
-    const auto found = word ? std::find(values.begin(), values.end(), *word) : values.end();
-    if (found == values.end()) {
-      std::string known;
-      for (const std::string_view each : values) {
-        known += (known.empty() ? "one of " : ", ") + std::string(each);
-      }
-      must_take(name, known);
-    }
-    value = static_cast<T>(found - values.begin());
+    value = enumerator_of<T>(name, given);
   } else {
     const auto* number = std::get_if<double>(&given);
     if (!number) must_take(name, "a number");
@@ -191,6 +194,14 @@ void assign_fields(const ConfigPart& part, Config& config) {
   }
 }
 
+void throw_if_unknown(const std::vector<ConfigPart>& parts) {
+  for (const ConfigPart& part : parts) {
+    const bool known = std::apply(
+        [&](const auto&... kind) { return ((kind.name == part.name) || ...); }, kConfigKinds);
+    if (!known) throw InvalidArgument("there is no configuration '" + part.name + "'");
+  }
+}
+
 /// For what must go on, and throws something else already.
 void try_to(const std::function<void()>& act) {
   try {
@@ -217,11 +228,7 @@ void load_config(Knob& knob, std::string_view text) {
   std::vector<std::function<void()>> changes;
   std::vector<std::function<void()>> undo;
   const std::vector<ConfigPart> parts = ConfigReader(text).read();
-  for (const ConfigPart& part : parts) {
-    const bool known = std::apply(
-        [&](const auto&... kind) { return ((kind.name == part.name) || ...); }, kConfigKinds);
-    if (!known) throw InvalidArgument("there is no configuration '" + part.name + "'");
-  }
+  throw_if_unknown(parts);
   const auto add = [&](const auto& before, const auto& after) {
     changes.emplace_back([&knob, after] { knob.configure(after); });
     undo.emplace_back([&knob, before] { knob.configure(before); });

@@ -105,6 +105,24 @@ std::string chip_of(const Block& block) {
               hex32(block.family) + "), not for an RP2040 or the Arm cores of an RP2350");
 }
 
+/// Refuses a block that is not number `number` of the `count` for this chip.
+void check_next(const Block& block, std::size_t number, std::size_t count,
+                const std::string& chip) {
+  const std::string it = "block " + std::to_string(block.place);
+  if (chip_of(block) != chip) reject_file("it mixes blocks for different chips");
+  if (block.number != number || block.count != count) {
+    reject_file("blocks are missing, doubled or out of order: " + it + " says that it is number " +
+                std::to_string(block.number) + " of " + std::to_string(block.count) +
+                ", where number " + std::to_string(number) + " of " + std::to_string(count) +
+                " should be");
+  }
+  const auto address = static_cast<std::uint32_t>(kFlashBegin + number * kPageBytes);
+  if ((block.flags & kNotFlash) != 0 || block.address != address || address >= kFlashEnd) {
+    reject_file(it + " goes to address " + hex32(block.address) + ", where " + hex32(address) +
+                " comes next");
+  }
+}
+
 /// A file's content for the flash, without a gap from its begin on.
 std::string image_of(std::string_view file, std::string& chip) {
   if (file.empty() || file.size() % kBlockBytes != 0) {
@@ -119,19 +137,7 @@ std::string image_of(std::string_view file, std::string& chip) {
   std::string image;
   for (std::size_t place = first; place < blocks; ++place) {
     const Block block = block_at(file, place);
-    const std::size_t number = place - first;
-    if (chip_of(block) != chip) reject_file("it mixes blocks for different chips");
-    if (block.number != number || block.count != blocks - first) {
-      reject_file("blocks are missing, doubled or out of order: block " + std::to_string(place) +
-                  " says that it is number " + std::to_string(block.number) + " of " +
-                  std::to_string(block.count) + ", where number " + std::to_string(number) +
-                  " of " + std::to_string(blocks - first) + " should be");
-    }
-    const auto address = static_cast<std::uint32_t>(kFlashBegin + number * kPageBytes);
-    if ((block.flags & kNotFlash) != 0 || block.address != address || address >= kFlashEnd) {
-      reject_file("block " + std::to_string(place) + " goes to address " + hex32(block.address) +
-                  ", where " + hex32(address) + " comes next");
-    }
+    check_next(block, place - first, blocks - first, chip);
     image += block.payload;
   }
   return image;

@@ -338,6 +338,19 @@ class FirmwareUpdater {
   Host host_;
 };
 
+void note_before(FirmwarePlan& plan, const Host& host) {
+  try {
+    ExaminedKnob knob = host.examine(plan.device->path);
+    if (knob.owner == Owner::game) {
+      throw DeviceBusy("a game has the knob: end it first; nothing was changed");
+    }
+    plan.before = std::move(knob.info);
+    plan.configuration = std::move(knob.configuration);
+  } catch (const ProtocolMismatch&) {
+    // Firmware of another release: nobody can ask it, and its configuration will be lost.
+  }
+}
+
 }  // namespace
 
 std::string FirmwarePlan::text() const {
@@ -377,16 +390,7 @@ FirmwarePlan prepare_update(const fs::path& path, std::string_view selector,
                 path_text(waiting.front().folder) +
                 ": unplug it, or name the drive of the one that is meant");
   }
-  try {
-    ExaminedKnob knob = host.examine(plan.device->path);
-    if (knob.owner == Owner::game) {
-      throw DeviceBusy("a game has the knob: end it first; nothing was changed");
-    }
-    plan.before = std::move(knob.info);
-    plan.configuration = std::move(knob.configuration);
-  } catch (const ProtocolMismatch&) {
-    // Firmware of another release: nobody can ask it, and its configuration will be lost.
-  }
+  note_before(plan, host);
   check_board(plan.file, plan.before ? plan.before->board : plan.device->board);
   return plan;
 }

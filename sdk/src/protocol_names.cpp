@@ -12,6 +12,19 @@ namespace {
 
 using Statuses = protocol::Enumerators<protocol::Status>;
 
+// In the order of DisarmReason.
+constexpr std::array kWhyDisarmed{"by an order",
+                                  "because the host was silent for too long",
+                                  "because a streamed local model outlived its deadline",
+                                  "by a fault:",
+                                  "because the game that had it played nothing more",
+                                  "because it was unplugged or lost its power",
+                                  "for a reason that did not arrive",
+                                  "because the time of an excitation was over",
+                                  "because an excitation left its bounds of travel or speed",
+                                  "because nobody turned the dial any more"};
+static_assert(kWhyDisarmed.size() == Names<DisarmReason>::values.size());
+
 std::string format(const char* pattern, unsigned value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), pattern, value);
@@ -67,35 +80,11 @@ std::string disarm_reason_name(DisarmReason reason) {
 }
 
 std::string disarm_text(const Disarm& disarm) {
-  const auto why = [&]() -> std::string {
-    switch (disarm.reason) {
-      case DisarmReason::order:
-        return "by an order";
-      case DisarmReason::watchdog:
-        return "because the host was silent for too long";
-      case DisarmReason::deadline_missed:
-        return "because a streamed local model outlived its deadline";
-      case DisarmReason::fault: {
-        std::string faults;
-        for (const std::string& fault : disarm.faults) faults += " " + fault;
-        return "by a fault:" + (faults.empty() ? " one that is cleared" : faults);
-      }
-      case DisarmReason::game_idle:
-        return "because the game that had it played nothing more";
-      case DisarmReason::dial_idle:
-        return "because nobody turned the dial any more";
-      case DisarmReason::disconnected:
-        return "because it was unplugged or lost its power";
-      case DisarmReason::excitation_over:
-        return "because the time of an excitation was over";
-      case DisarmReason::excitation_stopped:
-        return "because an excitation left its bounds of travel or speed";
-      case DisarmReason::unknown:
-        break;
-    }
-    return "for a reason that did not arrive";
-  };
-  return "the device disarmed at tick " + std::to_string(disarm.tick) + " " + why();
+  std::string text = "the device disarmed at tick " + std::to_string(disarm.tick) + " ";
+  text += kWhyDisarmed.at(static_cast<std::size_t>(disarm.reason));
+  if (disarm.reason != DisarmReason::fault) return text;
+  for (const std::string& fault : disarm.faults) text += " " + fault;
+  return disarm.faults.empty() ? text + " one that is cleared" : text;
 }
 
 std::string hex32(std::uint32_t value) { return format("0x%08x", value); }
