@@ -16,29 +16,22 @@ constexpr const char* kNoElectrics =
     "this emulated knob has no electrics: open it with a plant that names them in its "
     "EmulatorOptions";
 
+using Device = emulator::EmulatedDevice;
+using Bytes = std::span<const std::uint8_t>;
+
 class EmulatedGamePort final : public GamePort {
  public:
   explicit EmulatedGamePort(std::shared_ptr<SharedDevice> device) : device_(std::move(device)) {}
 
-  void write(std::span<const std::uint8_t> report) override {
-    device_->with_device([&](auto& device) { (void)device.game_write(report); });
+  void write(Bytes report) override { (void)device_->call(&Device::game_write, report); }
+  std::vector<std::uint8_t> read() override { return device_->call(&Device::game_read); }
+  bool set_feature(Bytes report) override {
+    return device_->call(&Device::game_set_feature, report);
   }
-
-  std::vector<std::uint8_t> read() override {
-    return device_->with_device([](auto& device) { return device.game_read(); });
-  }
-
-  bool set_feature(std::span<const std::uint8_t> report) override {
-    return device_->with_device([&](auto& device) { return device.game_set_feature(report); });
-  }
-
   std::vector<std::uint8_t> get_feature(std::uint8_t report_id) override {
-    return device_->with_device([&](auto& device) { return device.game_get_feature(report_id); });
+    return device_->call(&Device::game_get_feature, report_id);
   }
-
-  void set_buttons(std::uint8_t pressed) override {
-    device_->with_device([&](auto& device) { device.set_buttons(pressed); });
-  }
+  void set_buttons(std::uint8_t pressed) override { device_->call(&Device::set_buttons, pressed); }
 
  private:
   std::shared_ptr<SharedDevice> device_;
@@ -50,14 +43,13 @@ class EmulatorHandle final : public Emulator {
       : device_(std::move(device)), sleep_(std::move(sleep)), game_(device_) {}
 
   void set_hand(const Hand& hand) override {
-    device_->with_device([&](emulator::EmulatedDevice& device) {
+    device_->with_device([&](Device& device) {
       checked([&] { device.set_hand(emulator::take_hold(hand, device.next_tick_ns())); });
     });
   }
 
   double time_s() const override {
-    return 1e-9 * static_cast<double>(device_->with_device(
-                      [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
+    return 1e-9 * static_cast<double>(device_->call(&Device::time_ns));
   }
 
   void advance(double duration_s) override { sleep_(whole_ns("duration_s", duration_s)); }
@@ -68,8 +60,7 @@ class EmulatorHandle final : public Emulator {
           "this emulated knob keeps no log of the truth: open it with log_truth set in its "
           "EmulatorOptions");
     }
-    return device_->with_device(
-        [](emulator::EmulatedDevice& device) { return device.take_truth(); });
+    return device_->call(&Device::take_truth);
   }
 
   std::vector<DeviceInput> inputs() override {
@@ -78,12 +69,11 @@ class EmulatorHandle final : public Emulator {
           "this emulated knob keeps no log of its inputs: open it with log_inputs set in its "
           "EmulatorOptions");
     }
-    return device_->with_device(
-        [](emulator::EmulatedDevice& device) { return device.take_inputs(); });
+    return device_->call(&Device::take_inputs);
   }
 
   ElectricsState electrics() const override {
-    return device_->with_device([](emulator::EmulatedDevice& device) {
+    return device_->with_device([](Device& device) {
       const emulator::Circuit* circuit = device.circuit();
       if (circuit == nullptr) throw Error(kNoElectrics);
       return circuit->state(device.plant());
@@ -94,7 +84,7 @@ class EmulatorHandle final : public Emulator {
 
   void unplug(double after_s) override {
     const std::int64_t after_ns = whole_ns("after_s", after_s);
-    device_->with_device([&](emulator::EmulatedDevice& device) {
+    device_->with_device([&](Device& device) {
       if (after_ns > 0) return device.unplug_at(device.time_ns() + after_ns);
       device.set_plugged(false);
     });
@@ -102,11 +92,11 @@ class EmulatorHandle final : public Emulator {
   }
 
   void set_emergency_stop(bool pressed) override {
-    device_->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
+    device_->call(&Device::set_emergency_stop, pressed);
   }
 
   void set_actuator_fault(bool present) override {
-    device_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+    device_->call(&Device::set_actuator_fault, present);
   }
 
   void set_current_sensor(CurrentSensorState state) override {
@@ -123,24 +113,18 @@ class EmulatorHandle final : public Emulator {
     });
   }
 
-  void freeze_encoder(bool frozen) override {
-    device_->with_device([&](auto& device) { device.freeze_encoder(frozen); });
-  }
+  void freeze_encoder(bool frozen) override { device_->call(&Device::freeze_encoder, frozen); }
 
-  void jump_encoder(std::int32_t counts) override {
-    device_->with_device([&](auto& device) { device.jump_encoder(counts); });
-  }
+  void jump_encoder(std::int32_t counts) override { device_->call(&Device::jump_encoder, counts); }
 
-  void skip_ticks(std::uint32_t count) override {
-    device_->with_device([&](auto& device) { device.skip_ticks(count); });
-  }
+  void skip_ticks(std::uint32_t count) override { device_->call(&Device::skip_ticks, count); }
 
   void set_link_faults(const LinkFaults& faults) override {
-    device_->with_device([&](auto& device) { checked([&] { device.set_link_faults(faults); }); });
+    checked([&] { device_->call(&Device::set_link_faults, faults); });
   }
 
   void cut_power_in_next_save(std::uint32_t after_bytes) override {
-    device_->with_device([&](auto& device) { device.cut_power_in_next_save(after_bytes); });
+    device_->call(&Device::cut_power_in_next_save, after_bytes);
   }
 
  private:

@@ -52,6 +52,12 @@ class SharedDevice {
     return use(*device_);
   }
 
+  /// Likewise `(device.*member)(given...)`.
+  template <class Member, class... Given>
+  auto call(Member member, const Given&... given) const {
+    return with_device([&](auto& device) { return (device.*member)(given...); });
+  }
+
   /// As above; waits until `ready(device)` or the time is over. @returns false if it is over
   template <class Ready>
   bool wait(std::chrono::nanoseconds timeout, Ready&& ready) const {
