@@ -27,6 +27,7 @@ from torsio_studies.common import StudyError
 from torsio_studies.design import devices, figure, study
 from torsio_studies.design.devices import SPACE, Batch, Design
 from torsio_studies.design.store import Store
+from torsio_studies.paper import critical
 from torsio_studies.paper import runs as paper_runs
 
 DEVICES = 8
@@ -282,12 +283,12 @@ def test_impossible_design_is_refused_by_name(name: str, value: float) -> None:
 @pytest.mark.parametrize(
     ("call", "name"),
     [
-        (lambda: paper_runs.critical_torque(1.0, 0.5, shaft=0.0), "shaft"),
-        (lambda: paper_runs.critical_torque(-1.0, 0.5), "stiffness"),
-        (lambda: paper_runs.critical_torque(math.nan, 0.5), "stiffness"),
-        (lambda: paper_runs.critical_torque(1.0, 1.5), "beta"),
+        (lambda: critical.critical_torque(1.0, 0.5, shaft=0.0), "shaft"),
+        (lambda: critical.critical_torque(-1.0, 0.5), "stiffness"),
+        (lambda: critical.critical_torque(math.nan, 0.5), "stiffness"),
+        (lambda: critical.critical_torque(1.0, 1.5), "beta"),
         (lambda: paper_runs.push_options(0.0), "stiffness"),
-        (lambda: paper_runs.ideal_push(0.0, 0.5, 50e-3), "stiffness"),
+        (lambda: critical.ideal_push(0.0, 0.5, 50e-3), "stiffness"),
         (lambda: trials.visit_wall("motor_only", 0.0), "stiffness"),
     ],
 )

@@ -14,7 +14,7 @@ from torsio.closed_loop import simulate, simulate_many
 from torsio.printed.config import Law
 from torsio.printed.plant import BrakeHysteresis, PlantParams
 from torsio_studies.execution import execute
-from torsio_studies.paper import runs
+from torsio_studies.paper import critical, runs
 
 WALLS = (10.0, 20.0, 30.0, 50.0, 70.0, 100.0)  # mN m per degree
 
@@ -92,7 +92,7 @@ def test_torque_gap_is_larger_for_faster_hands() -> None:
 @pytest.mark.parametrize("ratio", [0.2, 0.4, 0.6, 0.8, 1.0, 1.5])
 def test_sensor_crosses_zero_where_the_formula_says(ratio: float) -> None:
     stiffness = ratio * runs.SHAFT_NM_PER_RAD
-    rows = simulate(runs.ideal_push(stiffness, 0.5, 50e-3), duration_s=runs.IDEAL_PUSH_S)
+    rows = simulate(critical.ideal_push(stiffness, 0.5, 50e-3), duration_s=critical.IDEAL_PUSH_S)
     depth = rows["angle_rad"] - 0.01
     turn = int(np.argmax(depth))
     crossing = turn + int(np.flatnonzero(rows["sensed_spring_torque_nm"][turn:] > 0)[0])
@@ -138,8 +138,8 @@ def test_critical_torque_is_that_of_the_formula_on_an_ideal_plant() -> None:
         for beta in (0.1, 0.5, 0.9, 1.0)
         for ratio in (0.1, 0.5, 1.0, 2.5, 4.0)
     ]
-    found = runs.measured_critical_torque(cases, halvings=9)
-    expected = [runs.critical_torque(stiffness, beta) for stiffness, beta in cases]
+    found = critical.measured_critical_torque(cases, halvings=9)
+    expected = [critical.critical_torque(stiffness, beta) for stiffness, beta in cases]
     np.testing.assert_allclose(found, expected, rtol=0.03)
 
 
@@ -158,7 +158,7 @@ def test_critical_torque_is_that_of_the_formula_on_an_ideal_plant() -> None:
 def test_critical_torque_formula_at_known_points(
     stiffness: float, beta: float, expected: float
 ) -> None:
-    assert runs.critical_torque(stiffness, beta) == pytest.approx(expected)
+    assert critical.critical_torque(stiffness, beta) == pytest.approx(expected)
 
 
 # Better than the paper ----------------------------------------------------------------------------

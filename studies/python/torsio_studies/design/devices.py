@@ -28,7 +28,8 @@ from torsio.telemetry import Record
 from torsio_studies import exits
 from torsio_studies.actuators import trials
 from torsio_studies.exits import Exit
-from torsio_studies.paper.runs import critical_torque, ideal_nm, rendered_nm
+from torsio_studies.paper.critical import critical_torque
+from torsio_studies.paper.runs import ideal_nm, rendered_nm
 
 Array = npt.NDArray[np.float64]
 

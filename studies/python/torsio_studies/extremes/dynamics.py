@@ -16,7 +16,7 @@ from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.printed import hands, scenes
 from torsio.printed.config import ControlConfig, Law
 from torsio.printed.plant import PlantParams
-from torsio_studies.paper import runs
+from torsio_studies.paper import critical, runs
 from torsio_studies.steppers import Method, make_plant, stepped_by
 
 Array = npt.NDArray[np.float64]
@@ -43,11 +43,11 @@ def stiff_wall_torque_nm(stiffness: float, motor_limit_nm: float = runs.MOTOR_NM
 def critical_errors(cases: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
     """Relative errors at (stiffness ratio, beta) of the printed and of the guarded formula."""
     pairs = [(ratio * runs.SHAFT_NM_PER_RAD, beta) for ratio, beta in cases]
-    found = runs.measured_critical_torque(pairs, halvings=10)
+    found = critical.measured_critical_torque(pairs, halvings=10)
     return [
         (
-            abs(runs.printed_critical_torque(ratio, beta) / torque - 1.0),
-            abs(runs.critical_torque(ratio * runs.SHAFT_NM_PER_RAD, beta) / torque - 1.0),
+            abs(critical.printed_critical_torque(ratio, beta) / torque - 1.0),
+            abs(critical.critical_torque(ratio * runs.SHAFT_NM_PER_RAD, beta) / torque - 1.0),
         )
         for (ratio, beta), torque in zip(cases, found, strict=True)
     ]

@@ -22,7 +22,7 @@ from torsio.common.drawing import (
 )
 from torsio.telemetry import Record
 from torsio_studies.common import Study
-from torsio_studies.paper import runs
+from torsio_studies.paper import critical, runs
 
 
 def characterisation(
@@ -164,7 +164,7 @@ def critical_torques(study: Study, rows: Sequence[Mapping[str, Any]]) -> None:
         figure.subplots_adjust(left=0.06, right=0.86, top=0.84, bottom=0.2)
         grid = np.geomspace(0.08, 5.0, 400)
         for beta in betas:
-            line = [1e3 * runs.critical_torque(x * runs.SHAFT_NM_PER_RAD, beta) for x in grid]
+            line = [1e3 * critical.critical_torque(x * runs.SHAFT_NM_PER_RAD, beta) for x in grid]
             axes.plot(grid, line, color=colors[beta], lw=1.6)
             mine = [row for row in rows if row["beta"] == beta]
             axes.plot(

@@ -7,7 +7,7 @@ from typing import Any
 
 from torsio import perception
 from torsio_studies.common import Results
-from torsio_studies.paper import runs
+from torsio_studies.paper import critical, runs
 
 FORMULA_ERROR = 0.03
 """Up to here a formula holds: the bisection, and the ticks, leave less than that."""
@@ -53,7 +53,7 @@ def _formulas(results: Results) -> list[dict[str, str]]:
     most = max(row["found_nm"] for row in rows)
     together = runs.MOTOR_NM + runs.BRAKE_NM
     beyond = any(
-        runs.printed_critical_torque(row["stiffness_ratio"], row["beta"])
+        critical.printed_critical_torque(row["stiffness_ratio"], row["beta"])
         > (1.0 + FORMULA_ERROR) * max(row["found_nm"], most)
         for row in rows
     )

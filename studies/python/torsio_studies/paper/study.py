@@ -46,7 +46,7 @@ from torsio.printed.config import Law
 from torsio.printed.plant import BrakeHysteresis, PlantParams, ShaftHardening
 from torsio.telemetry import Record
 from torsio_studies.common import Results, Study
-from torsio_studies.paper import aims, law_figures, runs, scenario_figures
+from torsio_studies.paper import aims, critical, law_figures, runs, scenario_figures
 from torsio_studies.paper.statements import statements
 
 # name, colour, and what differs from the paper's loop
@@ -201,14 +201,16 @@ def _diagrams(study: Study) -> Results:
     panels = []
     for ratio in (3.0, SOFT_SHAFT_RATIO):
         stiffness = ratio * runs.SHAFT_NM_PER_RAD
-        peak = runs.critical_torque(stiffness, beta)
-        push = runs.ideal_push(stiffness, beta, peak)
-        panels.append((stiffness, simulate(push, duration_s=runs.IDEAL_PUSH_S)))
+        peak = critical.critical_torque(stiffness, beta)
+        push = critical.ideal_push(stiffness, beta, peak)
+        panels.append((stiffness, simulate(push, duration_s=critical.IDEAL_PUSH_S)))
     law_figures.torque_diagrams(study, panels, beta)
     rows = []
     for ratio in study.track((0.2, 0.4, 0.6, 0.8, 1.0, 1.5), "where the shaft is empty"):
         stiffness = ratio * runs.SHAFT_NM_PER_RAD
-        log = simulate(runs.ideal_push(stiffness, beta, 50e-3), duration_s=runs.IDEAL_PUSH_S)
+        log = simulate(
+            critical.ideal_push(stiffness, beta, 50e-3), duration_s=critical.IDEAL_PUSH_S
+        )
         depth = log["angle_rad"] - 0.01
         turn = int(np.argmax(depth))
         against = turn + np.flatnonzero(log["sensed_spring_torque_nm"][turn:] > 0)
@@ -228,10 +230,10 @@ def _critical(study: Study) -> Results:
     cases = [(float(r) * runs.SHAFT_NM_PER_RAD, beta) for beta in BETAS for r in ratios]
     halvings = 9 if study.quick else 12
     done = study.counter("critical torque", halvings)
-    found = runs.measured_critical_torque(cases, halvings=halvings, on_progress=done)
+    found = critical.measured_critical_torque(cases, halvings=halvings, on_progress=done)
     rows = []
     for (stiffness, beta), torque in zip(cases, found, strict=True):
-        formula = runs.critical_torque(stiffness, beta)
+        formula = critical.critical_torque(stiffness, beta)
         rows.append(
             {
                 "beta": beta,
