@@ -17,7 +17,6 @@ from torsio.calibration.free import (
     SLOW_S,
     Free,
     estimate_free,
-    find_signs,
     spin,
     through_shaft,
 )
@@ -34,6 +33,7 @@ from torsio.calibration.play import Player, Run
 from torsio.calibration.proposal import Calibration, put_together
 from torsio.calibration.quantity import Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push, pull_of
+from torsio.calibration.signs import find_signs
 from torsio.common import checks
 from torsio.common.emulated import moves_parts
 from torsio.errors import InvalidArgument
