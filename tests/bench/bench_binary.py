@@ -30,6 +30,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
+
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.board import felt, pico
@@ -65,8 +67,11 @@ def _was_cut(rows: felt.Columns) -> dict[str, Any]:
 
 
 def _record(columns: felt.Columns) -> Record:
-    """A record for the study, which needs only columns by name."""
-    return cast(Record, columns)
+    """Give the study's record: rows whose columns have names."""
+    rows = np.empty(len(columns["time_s"]), [(name, float) for name in columns])
+    for name, column in columns.items():
+        rows[name] = column
+    return cast(Record, rows)
 
 
 def _short(value: float) -> float:
