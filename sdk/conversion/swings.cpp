@@ -6,11 +6,13 @@
 #include <complex>
 #include <cstddef>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "core/scene.hpp"
@@ -29,6 +31,73 @@ constexpr double kSlowestRadS = 5.0;
 constexpr double kWidestRad = 2.0;
 // As in core/stability.hpp, for what a describing function leaves out.
 constexpr double kTrusted = 0.84;
+
+/// The steepest that an effect gets, if it is a spring or none; without end otherwise.
+double slope_of(const core::Effect& effect) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  const auto wall = [](const core::Wall& one) {
+    return one.damping_nm_s_per_rad == 0.0F ? double{one.stiffness_nm_per_rad} : kUnknown;
+  };
+  return std::visit(
+      [&]<class Effect>(const Effect& one) {
+        if constexpr (std::is_same_v<Effect, core::Wall>) return wall(one);
+        if constexpr (std::is_same_v<Effect, core::Spring>) return double{one.stiffness_nm_per_rad};
+        if constexpr (std::is_same_v<Effect, core::EndStops>)
+          return std::max(wall(one.lower), wall(one.upper));
+        if constexpr (std::is_same_v<Effect, std::monostate> ||
+                      std::is_same_v<Effect, core::Constant> ||
+                      std::is_same_v<Effect, core::Ramp> || std::is_same_v<Effect, core::Periodic>)
+          return 0.0;
+        return kUnknown;
+      },
+      effect);
+}
+
+/// Half a period for what is held, the motor's lag and the control's delay.
+double late_s(const core::Parts& parts) {
+  return 0.5 * double{parts.period_s} + double{parts.motor_time_constant_s + parts.delay_s};
+}
+
+/// The part of friction in (9).
+double friction_nm_per_rad(const core::Parts& parts, double swing_rad) {
+  return kTrusted * 8.0 / kTwoPi * double{parts.knob_coulomb_nm} / swing_rad;
+}
+
+/// From one tone to the next, the last of which is half the control's rate.
+double tone_step(const core::Parts& parts) {
+  const double fastest_rad_s = 0.5 * kTwoPi / double{parts.period_s};
+  return std::pow(fastest_rad_s / kSlowestRadS, 1.0 / (kTones - 1));
+}
+
+/// Whether springs of together this stiffness, or less, rest for sure. At little cost: the
+/// imaginary part of (9) is positive where the real one is zero, in the widest swing that is so
+/// stiff. This margin shrinks with the frequency: the first tone beyond covers all before it.
+bool surely_rest(const core::Parts& parts, double stiffness_nm_per_rad) {
+  // The most that the describing function of counts is in so many phases, and of a limit's ends.
+  constexpr double kOfCounts = 1.51;
+  constexpr double kOfLimit = 4.0 / std::numbers::pi;
+  const double motor_nm = double{parts.motor_torque_max_nm};
+  const double step_nm = 0.5 * kOfCounts * stiffness_nm_per_rad * double{parts.rad_per_count};
+  const double more = 1.0 / std::max(1.0 - step_nm / motor_nm, 0.01);
+  const double spring = double{parts.spring_stiffness_nm_per_rad};
+  const double share = double{parts.brake_share};
+  double rad_s = kSlowestRadS;
+  const double step = tone_step(parts);
+  for (std::size_t i = 0; i < kTones; ++i, rad_s *= step) {
+    const double cosine = std::cos(rad_s * late_s(parts));
+    const double pushed = double{parts.knob_inertia_kg_m2} * rad_s * rad_s;
+    if (cosine <= 0.0) return false;
+    double pushes = pushed / (share + (1.0 - share) * cosine);
+    if (share * pushes > spring) pushes = spring + (pushed - spring) / cosine;
+    const double carried = std::min(spring, share * pushes);
+    const double swing_rad = std::min(kWidestRad, kOfLimit * motor_nm * more / pushes);
+    const double held =
+        double{parts.knob_viscous_nm_s_per_rad} * rad_s + friction_nm_per_rad(parts, swing_rad);
+    if (held <= (pushes - carried) * std::sin(rad_s * late_s(parts))) return false;
+    if (pushes > kOfCounts * stiffness_nm_per_rad * more) return true;
+  }
+  return true;
+}
 
 /// A frequency, and what the device makes of the knob's swing at it.
 struct Tone {
@@ -63,6 +132,7 @@ class Played {
   std::vector<std::int64_t> places{0};
   bool plays = false;         // anything at all
   bool feels_motion = false;  // speed or acceleration matter
+  double steepest_nm_per_rad = 0.0;
 
  private:
   template <class Report>
@@ -71,9 +141,13 @@ class Played {
     plays = true;
     protocol::Layout<Report>::fields.apply(
         [&](const auto&... field) { (look_at(field.name, report.*field.member), ...); });
+    if constexpr (std::is_same_v<Report, protocol::LocalModel>) {
+      steepest_nm_per_rad = std::numeric_limits<double>::infinity();
+    }
     if constexpr (requires { report.target; }) {
       core::Effect& effect = scene_->effect.at(scene_->active);
       if (device::prepare(report, resolution_, effect).ok()) {
+        steepest_nm_per_rad += slope_of(effect);
         scene_->order.at(scene_->active) = scene_->active;
         ++scene_->active;
       }
@@ -113,15 +187,14 @@ class Loop {
       : played_(played), parts_(parts) {
     const double period_s = double{parts.period_s};
     const double pole = std::exp(-kTwoPi * bandwidth_hz * period_s);
-    const double late_s = 0.5 * period_s + double{parts.motor_time_constant_s + parts.delay_s};
-    for (std::size_t i = 0; i < kTones; ++i) {
-      const double share = static_cast<double>(i) / (kTones - 1);
-      const double rad_s = kSlowestRadS * std::pow(0.5 * kTwoPi / period_s / kSlowestRadS, share);
+    double rad_s = kSlowestRadS;
+    const double step = tone_step(parts);
+    for (std::size_t i = 0; i < kTones; ++i, rad_s *= step) {
       const Complex tick = std::polar(1.0, -rad_s * period_s);
       const Complex rate = (1.0 - tick) / period_s;
       const Complex filter = (1.0 - pole) / (1.0 - pole * tick);
       const Complex speed = rate * filter * filter;
-      tones_.at(i) = {rad_s, speed, rate * speed, std::polar(1.0, -rad_s * late_s)};
+      tones_.at(i) = {rad_s, speed, rate * speed, std::polar(1.0, -rad_s * late_s(parts))};
     }
     for (std::size_t i = 0; i < phases_.size(); ++i) {
       phases_.at(i) = std::polar(1.0, kTwoPi * static_cast<double>(i) / kPhases);
@@ -256,7 +329,7 @@ class Loop {
     // The brake's part of a spring does not come late.
     const double carried = std::min(double{parts_.spring_stiffness_nm_per_rad},
                                     double{parts_.brake_share} * std::max(pushes.real(), 0.0));
-    const double friction = kTrusted * 8.0 / kTwoPi * double{parts_.knob_coulomb_nm} / swing_rad;
+    const double friction = friction_nm_per_rad(parts_, swing_rad);
     const Complex knob(-double{parts_.knob_inertia_kg_m2} * tone.rad_s * tone.rad_s,
                        double{parts_.knob_viscous_nm_s_per_rad} * tone.rad_s + friction);
     return knob + carried + (pushes - carried) * tone.late;
@@ -280,6 +353,7 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
   const Played played(reports, resolution, bounds);
   if (!played.plays) return {};
   const core::Parts parts = device::parts(actuator, control, resolution);
+  if (surely_rest(parts, played.steepest_nm_per_rad)) return {};
   if (!Loop(played, parts, double{control.speed_bandwidth_hz}).swings()) return {};
   const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
   return "let go, the knob may swing in this for ever: together the effects are stiffer, damp more "

@@ -15,7 +15,7 @@ double seconds_now() {
 double command_ns(torsio::Knob& knob, int commands) {
   const double begin = seconds_now();
   for (int i = 0; i < commands; ++i) {
-    knob.play(torsio::Wall{.angle_rad = 0.1, .stiffness_nm_per_rad = 1.0 + 1e-3 * i});
+    knob.play(torsio::Wall{.angle_rad = 0.1, .stiffness_nm_per_rad = 1.0 + 1e-4 * i});
   }
   return (seconds_now() - begin) / commands * 1e9;
 }

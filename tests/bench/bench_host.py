@@ -32,7 +32,7 @@ def run_cpp(program: Path, commands: int, duration_s: float) -> tuple[float, flo
 def _command_ns(knob: torsio.Knob, commands: int) -> float:
     begin = time.perf_counter()
     for n in range(commands):
-        knob.play(torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0 + 1e-3 * n))
+        knob.play(torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0 + 1e-4 * n))
     return (time.perf_counter() - begin) / commands * 1e9
 
 

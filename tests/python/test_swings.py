@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import json
 import math
+import random
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import torsio
 from tests.bench import bench_swings
+from tests.bench.bench_swings import Case
 from torsio.printed.config import Law
 from torsio.printed.scenes import Effect
 
@@ -175,3 +178,43 @@ def test_few_random_scenes_are_judged_wrongly(capsys: pytest.CaptureFixture[str]
     assert told["swing"] >= 10
     assert told["unwarned"] <= 1
     assert told["warned"] <= 0.25 * told["rest"]
+
+
+def drawn_knob(r: random.Random) -> Case:
+    """Draw a knob, and springs of up to twice what it can render."""
+
+    def times(value: float, factor: float) -> float:
+        return value * factor ** r.uniform(-1.0, 1.0)
+
+    usual = torsio.PlantParams()
+    plant = torsio.PlantParams(
+        counts_per_rev=r.choice([400, 1024, 4096, 8192, 131072]),
+        motor_time_constant_s=times(3e-4, 20.0),
+        knob_inertia_kg_m2=times(usual.knob_inertia_kg_m2, 10.0),
+        knob_viscous_nm_s_per_rad=times(usual.knob_viscous_nm_s_per_rad, 10.0),
+        knob_coulomb_nm=times(usual.knob_coulomb_nm, 10.0),
+        shaft_stiffness_nm_per_rad=times(usual.shaft_stiffness_nm_per_rad, 10.0),
+    )
+    stiffness = times(1.0, 30.0)
+    scene: list[Effect] = [
+        r.choice([
+            torsio.Spring(stiffness_nm_per_rad=stiffness, torque_limit_nm=times(0.1, 30.0)),
+            torsio.Wall(stiffness_nm_per_rad=stiffness, angle_rad=r.uniform(0.0, 0.3)),
+            torsio.EndStops(lower_rad=-0.1, upper_rad=0.1, stiffness_nm_per_rad=stiffness),
+        ])
+        for _ in range(r.choice([1, 1, 2]))
+    ]  # fmt: skip
+    law: Law = r.choice(["paper", "motor_only", "compensated"])
+    return Case(scene, plant, law, r.choice([1e3, 4e3, 2e4]))
+
+
+def test_springs_that_are_judged_quickly_are_judged_as_by_the_whole_search() -> None:
+    judged = set()
+    for seed in range(300):
+        case = drawn_knob(random.Random(seed))
+        # A damper of nothing has the whole search made.
+        whole = replace(case, scene=[*case.scene, torsio.Damper(damping_nm_s_per_rad=0.0)])
+        found = bench_swings.warning_of(whole)
+        assert bench_swings.warning_of(case) == found, f"seed {seed}"
+        judged.add(bool(found))
+    assert judged == {False, True}
