@@ -10,8 +10,7 @@ import pytest
 
 import torsio
 from torsio_hardware import design
-from torsio_hardware.beams import bend
-from torsio_hardware.flexure import REFERENCE, SHAPES, Flexure, closed_form
+from torsio_hardware.flexure import REFERENCE, SHAPES, Flexure, bend, closed_form
 
 EXAMPLE, MODULUS_PA = Flexure(), 3e9
 
@@ -80,7 +79,7 @@ def test_spiral_of_the_literature_is_as_stiff_as_published() -> None:
 
 def test_reference_spring_is_the_best_found_straight_strong_and_fits_the_knob() -> None:
     petg = design.material("petg")
-    shape = design.for_stiffness(REFERENCE, petg, 2.873)
+    shape = design.examine(REFERENCE, petg, 2.873).flexure
     spring, *others = design.search(design.Room(), petg, 2.873, "meander")
     assert vars(spring.flexure) == pytest.approx(vars(shape))
     fair = [other for other in others if other.safety >= 1 and other.deviation <= 0.01]
@@ -110,7 +109,7 @@ def test_meander_is_the_same_both_ways_and_a_spiral_is_not() -> None:
 
 def test_spokes_have_knees_that_the_device_takes() -> None:
     petg = design.material("petg")
-    spring = design.examine(design.for_stiffness(SHAPES["spoke"], petg, 2.873), petg)
+    spring = design.examine(SHAPES["spoke"], petg, 2.873)
     assert spring.deviation > 0.1
     knees = spring.shaft_config()
     with torsio.open("emulated") as knob:

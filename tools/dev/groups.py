@@ -52,7 +52,9 @@ _CODE = (
     *(".clang-format", ".editorconfig", ".gitignore"),
 )
 _BOARD_PAGES = ("docs/results.md", "docs/results/paper.md")
-_MAKING_PAGES = ("docs/how-to/build.md", "docs/reference/reference-knob.md")
+_MAKING_PAGES = (
+    *("docs/how-to/build.md", "docs/reference/hardware.md", "docs/reference/reference-knob.md"),
+)
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from torsio.common import screen
-from torsio_hardware import beams, design, drawing, parts
+from torsio_hardware import design, drawing, parts
 from torsio_hardware import knob as knob_file
-from torsio_hardware.flexure import Flexure, closed_form
+from torsio_hardware.flexure import Flexure, bend, closed_form
 
 app = typer.Typer(
     help="Make the files of one Torsio knob. All is computed; nothing has been printed yet.",
@@ -22,11 +22,6 @@ File = Annotated[
     Path, typer.Argument(help="A knob's file; the reference knob if unset.", show_default=False)
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where the files go.")]
-
-
-@app.callback()
-def main() -> None:
-    """Make the files of one Torsio knob."""
 
 
 def fail(error: Exception) -> typer.Exit:
@@ -44,22 +39,22 @@ def tell(*lines: str) -> None:
         screen.line(screen.out, line)
 
 
+def _number(least: float, most: float, what: str) -> Any:
+    return typer.Option(min=least, max=most, help=what)
+
+
 @app.command("spring")
 def spring_command(
     stiffness: Annotated[
-        float, typer.Option(min=0.01, max=100.0, help="Stiffness at small twists, in N m/rad.")
+        float, _number(0.01, 100, "Stiffness at small twists, in N m/rad.")
     ] = 2.873,
-    torque: Annotated[
-        float, typer.Option(min=1e-3, max=10.0, help="Largest torque, in N m.")
-    ] = 0.11,
+    torque: Annotated[float, _number(1e-3, 10, "Largest torque, in N m.")] = 0.11,
     material: Annotated[str, typer.Option(help="petg or pla.")] = "petg",
     family: Annotated[str, typer.Option(help="spoke, spiral or meander.")] = "meander",
-    line: Annotated[float, typer.Option(min=0.1, max=2, help="The printer's line, in mm.")] = 0.45,
-    off: Annotated[
-        float, typer.Option(min=0, max=0.2, help="So far a printed wall may be off, in mm.")
-    ] = 0.05,
-    hub: Annotated[float, typer.Option(min=1, max=100, help="The arms begin there, in mm.")] = 7.0,
-    rim: Annotated[float, typer.Option(min=2, max=200, help="The arms end there, in mm.")] = 25.0,
+    line: Annotated[float, _number(0.1, 2, "The printer's line, in mm.")] = 0.45,
+    off: Annotated[float, _number(0, 0.2, "So far a printed wall may be off, in mm.")] = 0.05,
+    hub: Annotated[float, _number(1, 100, "The arms begin there, in mm.")] = 7.0,
+    rim: Annotated[float, _number(2, 200, "The arms end there, in mm.")] = 25.0,
     elements: Annotated[
         bool, typer.Option("--elements", help="Compare with finite elements of two programs.")
     ] = False,
@@ -73,26 +68,25 @@ def spring_command(
         found = spring.as_dict(torque)
         if elements:
             found["elements"] = compare(spring.flexure, of.modulus_pa.value)
-        files = write(spring, out)
+        from torsio_hardware import making
+
+        out.mkdir(parents=True, exist_ok=True)
+        files = making.spring_files(spring, out)
     except (ValueError, ArithmeticError, RuntimeError, OSError, ModuleNotFoundError) as error:
         raise fail(error) from None
-    (out / "spring.json").write_text(
-        json.dumps(found, indent=2, default=list) + "\n", encoding="utf-8"
-    )
+    text = json.dumps(found, indent=2, default=list) + "\n"
+    (out / "spring.json").write_text(text, encoding="utf-8")
     rows = found.get("elements", {}).items()
     tell(
         *drawing.words(spring),
         f"Strain at the largest torque {100 * found['strain_at_torque']:.2f} %",
         *(f"  {name:18} " + " ".join(f"{value:.4f}" for value in row) for name, row in rows),
-        f"Written: {', '.join([*files, str(out / 'spring.json')])}",
+        f"Written: {', '.join(map(str, (*files, out / 'spring.json')))}",
     )
 
 
 @app.command("all")
-def all_command(
-    file: File = knob_file.DEFAULT,
-    out: Out = Path("out/hardware"),
-) -> None:
+def all_command(file: File = knob_file.DEFAULT, out: Out = Path("out/hardware")) -> None:
     """Make all files of a knob: solids, drawings, pictures, wiring, parts, expected figures."""
     try:
         from torsio_hardware import making
@@ -113,35 +107,18 @@ def all_command(
     )
 
 
-def compare(shape: Flexure, modulus_pa: float) -> dict[str, Any]:
+def compare(shape: Flexure, modulus_pa: float) -> dict[str, list[float]]:
     """Give the secant stiffness by beams, scikit-fem and CalculiX, flat and as a plate."""
-    from torsio_hardware import calculix, plane
+    from torsio_hardware.elements import calculix, scikit_fem
 
-    twists = (0.001, 0.015, 0.04)
-    found: dict[str, Any] = {"twist_rad": list(twists)}
+    of, twists = (shape, modulus_pa), (0.001, 0.015, 0.04)
+    found = {"twist_rad": list(twists)}
     if shape.family == "spoke":
-        found["closed_form"] = [closed_form(shape, modulus_pa).stiffness_nm_per_rad]
-    runs = {"beams": beams.bend(shape, modulus_pa, twists)}
-    for along, across in ((40, 2), (80, 3), (120, 4)):
-        runs[f"scikit_fem_{along}x{across}"] = plane.twist(
-            shape, modulus_pa, twists, along=along, across=across
-        )
-    runs["calculix_flat"] = calculix.twist(shape, modulus_pa, twists)
-    runs["calculix_plate"] = calculix.twist(shape, modulus_pa, twists, thin=False)
-    found |= {name: list(map(float, run.stiffness_nm_per_rad)) for name, run in runs.items()}
-    return found
-
-
-def write(spring: design.Spring, out: Path) -> list[str]:
-    """Write drawing, STEP and STL; give their names."""
-    from build123d import export_step, export_stl
-
-    from torsio_hardware import solids
-
-    out.mkdir(parents=True, exist_ok=True)
-    files = [str(out / f"spring.{kind}") for kind in ("svg", "step", "stl")]
-    Path(files[0]).write_text(drawing.svg(spring), encoding="utf-8")
-    body = solids.spring(spring.flexure)
-    export_step(body, files[1])
-    export_stl(body, files[2], tolerance=0.01)
-    return files
+        found["closed_form"] = [closed_form(*of).stiffness_nm_per_rad]
+    runs = {"beams": bend(*of, twists).stiffness_nm_per_rad} | {
+        f"scikit_fem_{along}x{across}": scikit_fem(*of, twists, along=along, across=across)
+        for along, across in ((40, 2), (80, 3), (120, 4))
+    }
+    runs["calculix_flat"] = calculix(*of, twists)
+    runs["calculix_plate"] = calculix(*of, twists, thin=False)
+    return found | {name: run.tolist() for name, run in runs.items()}

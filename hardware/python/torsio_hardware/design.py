@@ -5,15 +5,15 @@ from __future__ import annotations
 import itertools
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from torsio_hardware.beams import Bent, bend
-from torsio_hardware.flexure import SHAPES, Flexure
+from torsio.common.whole_file import text_of
+from torsio_hardware.flexure import SHAPES, Bent, Flexure, bend
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -50,7 +50,6 @@ class Material:
 
     name: str
     modulus_pa: Range
-    strength_pa: Range
     strain_limit: float
     creep_gain_at_1_h: Range
     creep_power: float
@@ -61,20 +60,26 @@ class Material:
         return Range(1 + gain.value * grown, 1 + gain.low * grown, 1 + gain.high * grown)
 
 
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a file. Raises `ValueError` if it is no TOML, `OSError` if it cannot be read."""
+    text = text_of(path)
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path} is no TOML: {error}") from None
+
+
 def material(name: str) -> Material:
     """Look a material up. Raises `ValueError` if there is none of that name."""
-    text = (Path(__file__).parent / "materials.toml").read_text(encoding="utf-8")
-    known = tomllib.loads(text)
+    known = read_toml(Path(__file__).parent / "materials.toml")
     if name not in known:
         raise ValueError(f"no material {name!r}; known are {', '.join(known)}")
     row = known[name]
-    ranges = {key: Range(**row[key]) for key in ("modulus_pa", "strength_pa", "creep_gain_at_1_h")}
-    return Material(
-        name, strain_limit=row["strain_limit"], creep_power=row["creep_power"], **ranges
-    )
+    modulus, gain = (Range(**row[key]) for key in ("modulus_pa", "creep_gain_at_1_h"))
+    return Material(name, modulus, row["strain_limit"], gain, row["creep_power"])
 
 
-def twist(flexure: Flexure, of: Material, twists_rad: Sequence[float]) -> Bent:
+def twist(flexure: Flexure, of: Material, twists_rad: Any) -> Bent:
     """Twist a flexure of a material as the plate that it is, stiffer than plane stress says.
 
     Raises `ArithmeticError` if it cannot be twisted so far.
@@ -105,11 +110,8 @@ class Spring:
 
     def strain_at(self, torque_nm: float) -> float:
         """Return the largest strain under a torque; `ArithmeticError` if it is too much."""
-        bent = self.bent
-        if torque_nm > bent.torque_nm[-1]:
-            far = 2 * torque_nm / self.stiffness_nm_per_rad
-            twists = (*TWISTS_RAD, *np.linspace(LINEAR_TO_RAD, far, 12)[1:])
-            bent = twist(self.flexure, self.material, twists)
+        far = 2 * torque_nm / self.stiffness_nm_per_rad
+        bent = twist(self.flexure, self.material, np.linspace(far / 20, far, 20))
         if torque_nm > bent.torque_nm[-1]:
             raise ArithmeticError(f"{torque_nm:g} N m is more than the spring bears")
         return float(np.interp(torque_nm, bent.torque_nm, bent.strain))
@@ -143,40 +145,38 @@ class Spring:
         }
 
 
-def examine(flexure: Flexure, of: Material, printed_within_m: float = 0.05e-3) -> Spring:
-    """Compute all that is known of a spring, whose walls are off by so much at two deviations.
+def examine(
+    flexure: Flexure, of: Material, stiffness_nm_per_rad: float, within_m: float = 0.05e-3
+) -> Spring:
+    """Make a flexure as wide as a stiffness takes, to 0.01 mm, and compute all that is known of it.
 
-    Raises `ArithmeticError` if it cannot be twisted by 0.04 rad.
+    Its walls are off by `within_m` at two deviations. Raises `ArithmeticError` if it cannot be
+    twisted by 0.04 rad.
     """
     bent = twist(flexure, of, TWISTS_RAD)
+    wider = stiffness_nm_per_rad / float(bent.stiffness_nm_per_rad[0])
+    width_m = round(wider * flexure.width_m, 5)
+    bent = replace(bent, torque_nm=bent.torque_nm * width_m / flexure.width_m)
+    flexure = replace(flexure, width_m=width_m)
     secant = bent.stiffness_nm_per_rad
     thinner, thicker = (
-        _first_stiffness(replace(flexure, thickness_m=flexure.thickness_m + off), of) / secant[0]
-        for off in (-printed_within_m, printed_within_m)
+        float(twist(other, of, TWISTS_RAD[:1]).stiffness_nm_per_rad[0] / secant[0])
+        for other in (
+            replace(flexure, thickness_m=flexure.thickness_m + off) for off in (-within_m, within_m)
+        )
     )
-    walls = (thicker - thinner) / 4
     return Spring(
         flexure,
         of,
         bent,
         float(secant[0]),
-        math.hypot(of.modulus_pa.relative_uncertainty, walls, _PLATE_UNCERTAINTY),
+        math.hypot(of.modulus_pa.relative_uncertainty, (thicker - thinner) / 4, _PLATE_UNCERTAINTY),
         float(np.max(np.abs(secant / secant[0] - 1))),
         float(bent.strain[-1]),
-        printed_within_m,
-        float(thinner),
-        float(thicker),
+        within_m,
+        thinner,
+        thicker,
     )
-
-
-def _first_stiffness(flexure: Flexure, of: Material) -> float:
-    return float(twist(flexure, of, TWISTS_RAD[:1]).stiffness_nm_per_rad[0])
-
-
-def for_stiffness(flexure: Flexure, of: Material, stiffness_nm_per_rad: float) -> Flexure:
-    """Make a flexure as wide as the stiffness takes, to a hundredth of a millimetre."""
-    width = flexure.width_m * stiffness_nm_per_rad / _first_stiffness(flexure, of)
-    return replace(flexure, width_m=round(width * 1e5) / 1e5)
 
 
 @dataclass(frozen=True)
@@ -221,15 +221,14 @@ def search(room: Room, of: Material, stiffness_nm_per_rad: float, family: str) -
         if shape.gap_m() < room.gap_m or shape.bend_radius_m() < shape.thickness_m:
             continue
         try:
-            shape = for_stiffness(shape, of, stiffness_nm_per_rad)
-            if not room.widths_m[0] <= shape.width_m <= room.widths_m[1]:
+            spring = examine(shape, of, stiffness_nm_per_rad, room.within_m)
+            if not room.widths_m[0] <= spring.flexure.width_m <= room.widths_m[1]:
                 continue
-            spring = examine(shape, of, room.within_m)
             if family == "spiral":  # the other way is not the same
                 back = twist(shape, of, [-each for each in TWISTS_RAD]).stiffness_nm_per_rad
                 off = np.abs(back / back[0] - 1).max()
                 spring = replace(spring, deviation=max(spring.deviation, float(off)))
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):  # too far, or too narrow
             continue
         found.append(spring)
     if not found:

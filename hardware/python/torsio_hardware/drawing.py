@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,19 @@ from torsio_hardware.layout import BORE_MM, RIM_MM, SCREWS_MM
 
 _SCALE = 4e3  # drawing units a metre
 _MIDDLE = (150.0, 150.0)
+
+
+def page(width: int, height: int, shapes: Iterable[str]) -> str:
+    """Put shapes on a white sheet, as SVG."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}">'
+        "<style>rect{fill:#eef3f7;stroke:#345}polyline{fill:none;stroke-width:2}.dot{fill:#ccc}"
+        "text{font:12px sans-serif}.small{font-size:10px;fill:#333}.part{fill:#c9d6e2}.hole{"
+        "fill:#fff}.part,.hole{stroke:#123;stroke-width:.6}.edge{fill:none;stroke:#123}.letter{"
+        "font-weight:bold;fill:#b22}</style>"
+        f'<rect width="{width}" height="{height}" style="fill:#fff;stroke:none"/>'
+        f"{''.join(shapes)}</svg>\n"
+    )
 
 
 def _outline(points: Any) -> str:
@@ -79,11 +93,5 @@ def svg(spring: Spring) -> str:
         f'<text x="310" y="{30 + 19 * n}">{line}</text>' for n, line in enumerate(words(spring))
     )
     rule = f'<line class="edge" x1="150" y1="285" x2="{150 + 1e-2 * _SCALE:.0f}" y2="285"/>'
-    return (
-        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 720 320">'
-        "<style>.part{fill:#c9d6e2;stroke:#123;stroke-width:.6}.hole{fill:#fff;stroke:#123;"
-        "stroke-width:.6}.edge{fill:none;stroke:#123}text{font:12px sans-serif}"
-        ".letter{font-weight:bold;fill:#b22}</style>"
-        '<rect width="720" height="320" fill="#fff"/>'
-        f'{"".join(parts)}{rule}{_letters(spring)}<text x="150" y="300">10 mm</text>{lines}</svg>\n'
-    )
+    letters = f'{_letters(spring)}<text x="150" y="300">10 mm</text>'
+    return page(720, 320, [*parts, rule, letters, lines])

@@ -1,12 +1,17 @@
-"""A planar flexure between hub and rim: its shape, and the closed form of straight spokes."""
+"""A planar flexure between hub and rim: its shape, and how it bends by rods and by closed form."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import solve_bvp
+from scipy.interpolate import CubicSpline
+
+_CLOSE = 1e-5  # of the rods
 
 
 def rotation(angle_rad: float) -> Any:
@@ -145,3 +150,77 @@ def closed_form(flexure: Flexure, modulus_pa: float) -> ClosedForm:
         flexure.arms * 4 * bending / length * (1 + 3 * q + 3 * q**2),
         thickness * (2 * length + 3 * hub) / length**2,
     )
+
+
+@dataclass(frozen=True)
+class Bent:
+    """A flexure at some twists."""
+
+    twist_rad: Any
+    torque_nm: Any  # of the whole flexure, both ways alike for spokes and meanders
+    strain: Any  # largest of all arms at each twist: stretch and bending together
+
+    @property
+    def stiffness_nm_per_rad(self) -> Any:
+        """Return the secant stiffness at each twist."""
+        return self.torque_nm / self.twist_rad
+
+
+def _bend_arm(line: Any, thickness: float, twists: Any) -> tuple[Any, Any]:
+    """Turn an arm's outer end rigidly about the centre; give torque and strain at each twist.
+
+    Lengths are over any length, forces for E I = 1. All along the arm the force is the same, and so
+    is the torque about the centre: these three are found with the place and turn of each section.
+    """
+    share = np.linspace(0.0, 1.0, len(line))
+    slope = CubicSpline(share, line).derivative()
+
+    def section(at: Any, now: Any, held: Any) -> tuple[Any, Any, Any]:
+        """Give how each section goes on, how much it is stretched, and its moment."""
+        x, y, turn = now
+        dx, dy = slope(at).T
+        way = np.stack(
+            [np.cos(turn) * dx - np.sin(turn) * dy, np.sin(turn) * dx + np.cos(turn) * dy]
+        )
+        stretch = thickness**2 / 12 * (held[:2] @ way) / np.hypot(dx, dy)
+        return way, stretch, held[2] - x * held[1] + y * held[0]
+
+    def change(at: Any, now: Any, held: Any) -> Any:
+        way, stretch, moment = section(at, now, held)
+        return np.vstack([(1 + stretch) * way, moment * np.linalg.norm(way, axis=0)])
+
+    now, held = np.vstack([line.T, np.zeros_like(share)]), np.zeros(3)
+    torques, strains = [], []
+    for twist in twists:
+        ends = np.append(line[0], 0.0), np.append(rotation(twist) @ line[-1], twist)
+
+        def missing(first: Any, last: Any, _: Any, ends: Any = ends) -> Any:
+            return np.concatenate([first - ends[0], last - ends[1]])
+
+        found = solve_bvp(change, missing, share, now, p=held, tol=_CLOSE)
+        if not found.success:
+            raise ArithmeticError(f"the arm finds no rest at a twist of {twist:g} rad")
+        now, held = found.sol(share), found.p
+        _, stretch, moment = section(share, now, held)
+        torques.append(held[2])
+        strains.append(np.max(np.abs(stretch) + np.abs(moment) * thickness / 2))
+    return np.array(torques), np.array(strains)
+
+
+def bend(
+    flexure: Flexure, modulus_pa: float, twists_rad: Sequence[float], *, pieces: int = 60
+) -> Bent:
+    """Twist a flexure; the twists must grow from near 0 so that each helps to find the next.
+
+    A mirrored arm is the arm itself turned the other way. Raises `ArithmeticError` if an arm finds
+    no rest.
+    """
+    size, twists = flexure.length_m, np.asarray(twists_rad, dtype=float)
+    bending = modulus_pa * flexure.width_m * flexure.thickness_m**3 / 12
+    line, thickness = flexure.centre_line(pieces + 1) / size, flexure.thickness_m / size
+    signs = [-1 if mirrored else 1 for mirrored in flexure.sides]
+    torques, strains = zip(
+        *(_bend_arm(line, thickness, sign * twists) for sign in signs), strict=True
+    )
+    torque = sum(sign * each for sign, each in zip(signs, torques, strict=True)) / len(signs)
+    return Bent(twists, flexure.arms * bending / size * torque, np.max(strains, axis=0))

@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import math
 import random
-import sys
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import torsio
 from torsio import perception
-from torsio.common.whole_file import text_of
 from torsio.demos.wall import PEAK_TORQUE_NM
 from torsio_hardware import design
 from torsio_hardware.flexure import Flexure
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 DEFAULT = Path(__file__).parent / "knob.toml"
 RATES_HZ = {"pico2": 20_000.0, "pico": 10_000.0}
+CLAMP_REFERENCE_V = 2.495  # of a TL431
 _TRACKED = ("tracking_in", "tracking_out", "torque_gap_nm")
 _TABLES = ("supply", "motor", "brake", "knob")
-_SHAPE = ("arms", "hub_radius_m", "rim_radius_m", "thickness_m", "wrap_rad", "swing_rad", "waves")
 _PLANT = (
     *("knob_inertia_kg_m2", "knob_viscous_nm_s_per_rad", "knob_coulomb_nm"),
     *("brake_inertia_kg_m2", "brake_drag_nm"),
@@ -55,9 +48,9 @@ class Value:
     value: float
     uncertainty: float = 0.0
 
-    def band(self, widths: float = 2.0) -> tuple[float, float]:
-        """Return so many uncertainties to either side."""
-        return self.value - widths * self.uncertainty, self.value + widths * self.uncertainty
+    def band(self) -> tuple[float, float]:
+        """Return two uncertainties to either side."""
+        return self.value - 2 * self.uncertainty, self.value + 2 * self.uncertainty
 
 
 @dataclass(frozen=True)
@@ -77,17 +70,14 @@ class Knob:
 
     def settings(self) -> dict[str, dict[str, float | int]]:
         """Return what `torsio config load` takes: by configuration, the fields of the file."""
-        whole = ("counts_per_rev", "supply_sense_ratio")
-        given: dict[str, float | int] = {
-            name: round(value.value) if name in whole else value.value
-            for name, value in self.values.items()
-        }
+        given: dict[str, float | int] = {name: of.value for name, of in self.values.items()}
+        for name in ("counts_per_rev", "supply_sense_ratio"):
+            given[name] = round(given[name])
         given |= {**self.pins, **self.spring.shaft_config()}
+        names = {kind: [field.name for field in fields(of)] for kind, of in _KINDS.items()}
         return {
-            f"{kind}_config": {
-                field.name: given[field.name] for field in fields(of) if field.name in given
-            }
-            for kind, of in _KINDS.items()
+            f"{kind}_config": {name: given[name] for name in known if name in given}
+            for kind, known in names.items()
         }
 
     def configs(self) -> dict[str, Any]:
@@ -156,62 +146,52 @@ class Knob:
             **{f"{name}_jnds": jnds for name, jnds in felt.items()},
         }
 
-    def expected(self) -> list[tuple[str, str, tuple[float, float], str]]:
-        """Give what each step of first power should show: step, what, band, unit."""
-        values, counts = self.values, self.number("counts_per_rev")
+    def expected(self) -> list[tuple[str, str, tuple[float, float]]]:
+        """Give what each step of first power should show: step, what, band."""
+        values, of = self.values, self.number
         knob, brake = values["knob_coulomb_nm"], values["brake_drag_nm"]
-        both = math.hypot(knob.uncertainty, brake.uncertainty)
-        drag = Value(knob.value + brake.value, both)
-        silent = torsio.ControlConfig()
+        drag = Value(knob.value + brake.value, math.hypot(knob.uncertainty, brake.uncertainty))
+        silent, counts = torsio.ControlConfig(), of("counts_per_rev")
+        coil_v = 10e-3 * of("brake_resistance_ohm") / of("brake_torque_constant_nm_per_a")
+        clamp_v = CLAMP_REFERENCE_V * of("supply_v") / of("clamp_v")
 
         def scaled(to: float, by: str) -> tuple[float, float]:
             """Scale a figure by a value of the file, which the board takes for true."""
-            of = values[by]
-            return to * of.band()[0] / of.value, to * of.band()[1] / of.value
+            low, high = values[by].band()
+            return to * low / of(by), to * high / of(by)
 
         def amperes(push_nm: float) -> tuple[float, float]:
-            kt = self.number("motor_torque_constant_nm_per_a")
-            return scaled(push_nm / kt, "current_sense_v_per_a")
+            return scaled(push_nm / of("motor_torque_constant_nm_per_a"), "current_sense_v_per_a")
 
-        coil_v = 10e-3 * self.number("brake_resistance_ohm")
-        coil_v /= self.number("brake_torque_constant_nm_per_a")
         return [
-            ("link", "the light goes on", (0.9, 1.1), "1/s"),
-            ("link", "enable and bridge inputs to ground, no power", (4.0, 5.0), "kohm"),
-            ("encoder", "counts of one turn", (0.998 * counts, 1.002 * counts), "counts"),
-            ("supply", "at the bridges", values["supply_v"].band(), "V"),
-            ("supply", "enable and bridge inputs, disarmed", (0.0, 0.3), "V"),
-            ("stop", "the light goes on", (7.0, 9.0), "1/s"),
-            ("motor", "in its line, knob held", amperes(1.3 * drag.value), "A"),
-            ("PWM", "at the motor's inputs", (39.6, 40.4), "kHz"),
-            ("brake", "at the coil, for 10 mN m", scaled(coil_v, "supply_v"), "V"),
-            ("silence", "until all is off", (0.0, silent.watchdog_s + silent.passive_ramp_s), "s"),
-            ("confirm", "in the motor's line, knob held", amperes(30e-3), "A"),
-            ("calibrate", "coulomb_nm", drag.band(), "N m"),
+            ("link", "the light goes on, 1/s", (0.9, 1.1)),
+            ("link", "enable and bridge inputs to ground, no power, kohm", (4.0, 5.0)),
+            ("encoder", "counts of one turn", (0.998 * counts, 1.002 * counts)),
+            ("supply", "at the bridges, V", values["supply_v"].band()),
+            ("supply", "at the clamp's reference, V", scaled(clamp_v, "supply_v")),
+            ("supply", "enable and bridge inputs, disarmed, V", (0.0, 0.3)),
+            ("stop", "the light goes on, 1/s", (7.0, 9.0)),
+            ("stop", "through the second contact, no power, released, ohm", (0.0, 1.0)),
+            ("motor", "in its line, knob held, A", amperes(1.3 * drag.value)),
+            ("PWM", "at the motor's inputs, kHz", (39.6, 40.4)),
+            ("brake", "at the coil, for 10 mN m, V", scaled(coil_v, "supply_v")),
+            ("silence", "until all is off, s", (0.0, silent.watchdog_s + silent.passive_ramp_s)),
+            ("confirm", "in the motor's line, knob held, A", amperes(30e-3)),
+            ("calibrate", "coulomb_nm", drag.band()),
+            ("calibrate", "stiffness_nm_per_rad", values["spring_stiffness_nm_per_rad"].band()),
             *(
-                ("calibrate", name.removeprefix("spring_"), values[name].band(), unit)
-                for name, unit in (
-                    ("spring_stiffness_nm_per_rad", "N m/rad"),
-                    ("motor_resistance_ohm", "ohm"),
-                    ("brake_drag_nm", "N m"),
-                    ("knob_inertia_kg_m2", "kg m2"),
-                )
+                ("calibrate", name, values[name].band())
+                for name in ("motor_resistance_ohm", "brake_drag_nm", "knob_inertia_kg_m2")
             ),
         ]
 
 
 def _value(table: str, name: str, given: Any) -> Value:
-    where = f"[{table}] {name}"
-    if isinstance(given, dict):
-        if set(given) != {"value", "uncertainty"}:
-            raise ValueError(f"{where} needs value and uncertainty, and nothing else")
-        value, uncertainty = given["value"], given["uncertainty"]
-    else:
-        value, uncertainty = given, 0.0
-    for number in (value, uncertainty):
-        if isinstance(number, bool) or not isinstance(number, (int, float)) or number < 0:
-            raise ValueError(f"{where}: {number!r} is no number of 0 or more")
-    return Value(float(value), float(uncertainty))
+    pair = [given["value"], given["uncertainty"]] if isinstance(given, dict) else [given, 0.0]
+    for number in pair:
+        if isinstance(number, bool) or not isinstance(number, (int, float)) or not number >= 0:
+            raise ValueError(f"[{table}] {name}: {number!r} is no number of 0 or more")
+    return Value(*map(float, pair))
 
 
 def load(path: Path = DEFAULT) -> Knob:
@@ -219,11 +199,7 @@ def load(path: Path = DEFAULT) -> Knob:
 
     Raises `ValueError` that says what in it is wrong or missing, `OSError` if it cannot be read.
     """
-    text = text_of(path)
-    try:
-        given = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path} is no TOML: {error}") from None
+    given = design.read_toml(path)
     try:
         known = {"name", "board", "parts", "spring", "pins", *_TABLES}
         if given.keys() - known:
@@ -233,18 +209,14 @@ def load(path: Path = DEFAULT) -> Knob:
             for table in _TABLES
             for name, value in given[table].items()
         }
-        shape = {key: value for key, value in given["spring"].items() if key in _SHAPE}
-        of = design.material(given["spring"]["material"])
-        stiffness = float(given["spring"]["stiffness_nm_per_rad"])
-        flexure = design.for_stiffness(replace(Flexure(), **shape), of, stiffness)
-        spring = design.examine(flexure, of)
+        shape = dict(given["spring"])
+        of, stiffness = design.material(shape.pop("material")), shape.pop("stiffness_nm_per_rad")
+        spring = design.examine(Flexure(**shape), of, stiffness)
         values["spring_stiffness_nm_per_rad"] = Value(
             stiffness, stiffness * spring.relative_uncertainty
         )
-        knob = Knob(
-            str(given["name"]), str(given["board"]), dict(given["parts"]), spring,
-            dict(given["pins"]), values,
-        )  # fmt: skip
+        named = {key: dict(given[key]) for key in ("parts", "pins")}
+        knob = Knob(str(given["name"]), str(given["board"]), spring=spring, values=values, **named)
         knob.plant()  # which needs them all
         with torsio.open("emulated") as device:  # which refuses a pin with two jobs
             for config in knob.configs().values():

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from build123d import Color, Compound, ExportSVG, Pos, export_step, export_stl
+from build123d import Color, Compound, ExportSVG, Polyline, Pos, export_step, export_stl
 
 from torsio_hardware import drawing, parts, solids, wires
+from torsio_hardware.design import Spring
 from torsio_hardware.knob import Knob
 
 _VIEW, _FROM_BELOW = (400.0, -500.0, 350.0), (400.0, -500.0, -250.0)
@@ -20,32 +21,67 @@ _VIEWS = {2: _FROM_BELOW, 3: _FROM_BELOW, 9: (-400.0, -500.0, 350.0)}  # of step
 _COARSE = 14  # pieces of an arm, in pictures
 
 
-def picture(old: list[Any], new: list[Any], file: Path, view: Any = _VIEW) -> None:
-    """Draw solids as lines, without what is hidden; what is new is red."""
+def picture(old: list[Any], new: list[Any], file: Path, view: Any, names: Any = ()) -> None:
+    """Draw solids as lines, without what is hidden; all of what is new is red. Name the old."""
     export = ExportSVG(margin=5, line_weight=0.6)
     export.add_layer("old", line_color=Color(0.15, 0.2, 0.25), line_weight=0.6)
     export.add_layer("new", line_color=Color(0.75, 0.1, 0.1), line_weight=0.9)
     look = tuple(Compound(children=[*old, *new]).center())
 
-    def seen(of: list[Any]) -> Any:
-        return Compound(children=of).project_to_viewport(view, look_at=look)[0] if of else []
+    def seen(*of: Any) -> Any:
+        return Compound(children=of).project_to_viewport(view, look_at=look)[0]
 
-    def marks(lines: Any) -> Any:
-        points = [
-            edge @ share for edge in lines for share in np.linspace(0, 1, int(edge.length) * 3 + 3)
-        ]
-        return np.array([(at.X, at.Y) for at in points]).reshape(-1, 2)
-
-    # A line is new if points of it lie on the new solids alone, not only where it crosses old ones.
-    of_old, of_new = marks(seen(old)), marks(seen(new))
-    for line in seen([*old, *new]):
-        at = np.array([(point.X, point.Y) for point in (line @ share for share in (0.3, 0.5, 0.7))])
-        off_old, off_new = (
-            np.linalg.norm(of[:, None] - at, axis=2).min(axis=0, initial=1.0)
-            for of in (of_old, of_new)
-        )
-        export.add_shape(line, layer="new" if any((off_new < 0.3) & (off_old >= 0.3)) else "old")
+    export.add_shape(seen(*old, *new), layer="old")
+    if new:
+        export.add_shape(seen(*new), layer="new")
+    named = ((name, seen(of)) for name, of in zip(names, old, strict=bool(names)) if name)
+    words = _name(export, list(named)) if names else ""
     export.write(str(file))
+    text = file.read_text(encoding="utf-8").removesuffix("</svg>")
+    file.write_text(f"{text}{words}</svg>\n", encoding="utf-8")
+
+
+def _name(export: Any, parts: list[tuple[str, Any]]) -> str:
+    """Draw a line from each part to a column at its side; give the words that stand there."""
+    rows, words = [], ""
+    for name, lines in parts:
+        points = np.array([tuple(line @ share)[:2] for line in lines for share in (0, 0.5, 1)])
+        rows.append((name, points.mean(axis=0)[0], points))
+    middle = np.mean([x for _, x, _ in rows])
+    for side in (-1, 1):
+        column = [
+            (name, at[np.argmax(side * at[:, 0])])
+            for name, x, at in rows
+            if side * x > side * middle
+        ]
+        edge = side * max(side * tip[0] for _, tip in column) + 15 * side
+        height = np.inf
+        for name, tip in sorted(column, key=lambda row: -row[1][1]):
+            height = min(height - 14, tip[1])
+            far = edge + 160 * side
+            export.add_shape(Polyline(tuple(tip), (edge, height), (far, height)), layer="old")
+            words += f'<text x="{min(edge, far) + 2:.0f}" y="{-height - 2:.1f}" '
+            words += f'style="font:9px sans-serif">{name}</text>'
+    return words
+
+
+def spring_files(spring: Spring, out: Path) -> list[Path]:
+    """Write the spring's drawing, STEP and STL into a folder; give their names."""
+    svg, step, stl = files = [out / f"spring.{kind}" for kind in ("svg", "step", "stl")]
+    svg.write_text(drawing.svg(spring), encoding="utf-8")
+    body = solids.spring(spring.flexure)
+    export_step(body, str(step))
+    export_stl(body, str(stl), tolerance=0.01)
+    return files
+
+
+def _label(number: int, part: solids.Placed, bought: dict[str, parts.Part]) -> str:
+    """Call a part as the bill of materials does; of parts that are alike the first alone."""
+    name = part.name.removesuffix(" 1")
+    if name[-1].isdigit():
+        return ""
+    bill = None if part.is_printed else bought[name]
+    return f"{number} {name}: {bill.maker} {bill.number}" if bill else f"{number} {name}"
 
 
 def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
@@ -59,7 +95,6 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     sizes = [float(named[role].ratings["diameter_mm"]) for role in ("motor", "brake")]
     expected = {"steps": knob.expected(), "figures": knob.figures()}
     texts = {
-        "spring.svg": drawing.svg(knob.spring),
         "harness.svg": wires.harness_svg(knob),
         "board.svg": wires.board_svg(knob),
         "settings.json": json.dumps(knob.settings(), indent=2) + "\n",
@@ -72,18 +107,21 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     tell("solids")
     placed = solids.assembly(flexure, *sizes)
     for part in placed:
-        if part.is_printed and part.name not in ("leg 2", "leg 3", "leg 4"):
-            name = part.name.replace(" ", "_").removesuffix("_1")
+        name = part.name.removesuffix(" 1").replace(" ", "_")
+        if part.is_printed and name != "spring" and not name[-1].isdigit():
             files.append(out / f"{name}.stl")
             export_stl(solids.printed(part), str(files[-1]), tolerance=0.02)
     whole = Compound(children=[part.solid for part in placed], label=knob.name)
-    for body, name in ((solids.spring(flexure), "spring"), (whole, "assembly")):
-        files.append(out / f"{name}.step")
-        export_step(body, str(files[-1]))
+    files.append(out / "assembly.step")
+    export_step(whole, str(files[-1]))
+    files += spring_files(knob.spring, out)
     tell("pictures")
     coarse = solids.assembly(flexure, *sizes, points=_COARSE)
     files.append(out / "exploded.svg")
-    picture([Pos(0, 0, part.lift_mm) * part.solid for part in coarse], [], files[-1])
+    lifted = [Pos(0, 0, part.lift_mm) * part.solid for part in coarse]
+    bought = {part.place: part for part in parts.load() if part.is_first} | named
+    names = [_label(*row, bought) for row in enumerate(coarse, 1)]
+    picture(lifted, [], files[-1], _VIEW, names)
     for step in sorted({part.step for part in coarse}):
         files.append(out / f"step_{step}.svg")
         before = [part.solid for part in coarse if part.step < step]

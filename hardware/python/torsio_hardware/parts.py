@@ -13,6 +13,9 @@ from torsio_hardware.knob import Knob
 FILE = Path(__file__).parent / "parts.csv"
 # The board's analogue inputs stand no more; its 3V3 feeds the current sensor, see `wires`.
 ANALOGUE_V = 3.3
+# The braking motor's energy must go before the board sees too much: docs/reference/hardware.md.
+CLAMP_BELOW_V = 13.3
+FASTEST_RAD_S = 160.0  # calibration turns with it
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,6 @@ class Part:
     """A row of `parts.csv`: one way to fill a place."""
 
     place: str
-    role: str
     quantity: int
     maker: str
     number: str
@@ -42,16 +44,19 @@ def _rating(text: str) -> Any:
 def load() -> list[Part]:
     """Read the bill of materials."""
     with FILE.open(encoding="utf-8", newline="") as file:
-        _, *rows = csv.reader(file)
-    return [
-        Part(
-            place, role, int(quantity), maker, number, choice == "first",
-            {name: _rating(value) for name, value in (pair.split("=") for pair in ratings.split())},
-            matters, (float(low), float(high)), date, source,
-        )
-        for place, role, quantity, maker, number, choice, ratings, matters, low, high, date, source
-        in rows
-    ]  # fmt: skip
+        return [
+            Part(
+                quantity=int(row.pop("quantity")),
+                is_first=row.pop("choice") == "first",
+                ratings={
+                    name: _rating(value)
+                    for name, value in (pair.split("=") for pair in row.pop("ratings").split())
+                },
+                price_eur=(float(row.pop("price_low_eur")), float(row.pop("price_high_eur"))),
+                **row,
+            )
+            for row in csv.DictReader(file)
+        ]
 
 
 def total_eur(parts: list[Part]) -> tuple[float, float]:
@@ -71,6 +76,8 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
     supply_v, kt = of("supply_v"), of("motor_torque_constant_nm_per_a")
     torque_nm, motor_a = of("motor_torque_max_nm"), 1.5 * of("motor_current_max_a")
     swing_v = of("current_sense_v_per_a") * motor_a
+    # A motor feeds most back with half of its voltage at its winding.
+    fed_back_w = (kt * FASTEST_RAD_S) ** 2 / (4 * of("motor_resistance_ohm"))
     bridge: list[Rule] = [
         ("pwm_hz", "at least", 40e3),
         ("enable", "exactly", 1),
@@ -97,11 +104,15 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
         ],
         "encoder": [
             ("lines", "exactly", of("counts_per_rev") / 4),
-            ("speed_rpm", "at least", 160 * 9.55),  # calibration turns with 160 rad/s
+            ("speed_rpm", "at least", 9.55 * FASTEST_RAD_S),
         ],
         "choke": [("saturation_a", "at least", of("motor_current_max_a"))],
         "supply": [("supply_v", "exactly", supply_v), ("current_a", "at least", 4)],
-        "emergency_stop": [("contact", "exactly", "opens")],
+        "emergency_stop": [("contact", "exactly", "opens"), ("contacts", "at least", 2)],
+        "clamp": [
+            ("low_v", "at least", knob.values["supply_v"].band()[1]),
+            ("high_v", "at most", CLAMP_BELOW_V), ("current_a", "at least", fed_back_w / supply_v),
+        ],
         "capacitor": [
             ("capacitance_f", "at least", 0.0022), ("voltage_v", "at least", 1.5 * supply_v)
         ],
@@ -112,13 +123,13 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
 
 
 def named(parts: list[Part], knob: Knob) -> dict[str, Part]:
-    """Look up the parts that a knob's file names, by roles; `ValueError` of an unknown number."""
+    """Look up the parts that a knob's file names, by place; `ValueError` of an unknown number."""
     found = {}
-    for role, number in knob.parts.items():
-        known = {part.number: part for part in parts if part.role == role}
+    for place, number in knob.parts.items():
+        known = {part.number: part for part in parts if part.place == place}
         if number not in known:
-            raise ValueError(f"[parts] {role} = {number!r}: parts.csv has {', '.join(known)}")
-        found[role] = known[number]
+            raise ValueError(f"[parts] {place} = {number!r}: parts.csv has {', '.join(known)}")
+        found[place] = known[number]
     return found
 
 

@@ -6,7 +6,6 @@ and a belt joins both pulleys. Motor and brake hang below the plate in clamps of
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +14,8 @@ from build123d import (
     Circle,
     Cylinder,
     GeomType,
+    GridLocations,
+    PolarLocations,
     Polyline,
     Pos,
     Rot,
@@ -60,8 +61,7 @@ def spring(flexure: Flexure, points: int = 60) -> Any:
     for edge in flexure.outlines(points, _INTO_M):
         flat += make_face(Polyline(*map(tuple, 1e3 * edge), close=True))
     flat -= Circle(BORE_MM + 2.0)  # sits on the sleeve's neck
-    for radius, x, y in SCREWS_MM:
-        flat -= Pos(x, y) * Circle(radius)
+    flat -= [Pos(x, y) * Circle(radius) for radius, x, y in SCREWS_MM]
     return extrude(flat, 1e3 * flexure.width_m)
 
 
@@ -94,9 +94,7 @@ def _drum() -> Any:
     body = Pos(0, 0, _DRUM_Z) * _toothed(flange_z - _DRUM_Z)
     body += _hole(RIM_MM, 3.0, z=flange_z)
     body -= _hole(_BEARING[0] / 2, _SPRING_Z, z=_DRUM_Z)
-    for radius, x, y in SCREWS_MM:
-        body -= _hole(radius - 0.2, 4.0, x, y, flange_z)
-    return body
+    return body - [_hole(radius - 0.2, 4.0, x, y, flange_z) for radius, x, y in SCREWS_MM]
 
 
 def _brake_pulley(bore: float) -> Any:
@@ -125,12 +123,13 @@ def _plate(motor_mm: float, brake_mm: float) -> Any:
     body: Any = Pos(CENTRES_MM / 2, 0, -thick / 2) * Box(length, width, thick)
     body -= _hole(11.0, thick, z=-thick)
     body -= _hole(13.0, thick, CENTRES_MM, 0, -thick)
-    for x, y in [*_legs(), *_ears(motor_mm), (-_STOP_MM, 0.0)]:
-        body -= _hole(1.7, thick, x, y, -thick)
+    screw = _hole(1.7, thick, z=-thick)
+    body -= [*(_legs() * screw), *(_ears(motor_mm) * screw), Pos(-_STOP_MM, 0) * screw]
+    # The ears stand askew, and all slots lie along the plate.
     slot = extrude(SlotCenterToCenter(2 * _SLACK_MM, 3.4), thick)
-    for x, y in _ears(brake_mm):
-        body -= Pos(CENTRES_MM + x, y, -thick) * slot
-    return body
+    return body - [
+        Pos(CENTRES_MM, 0, -thick) * Pos(*ear.position) * slot for ear in _ears(brake_mm)
+    ]
 
 
 def _stop() -> Any:
@@ -138,33 +137,25 @@ def _stop() -> Any:
     return Pos(-_STOP_MM, 0, 11) * Box(8, 12, 22) - _hole(1.3, 14.0, -_STOP_MM)
 
 
-def _legs() -> list[tuple[float, float]]:
+def _legs() -> Any:
     length, width, _ = _PLATE
-    x, y = length / 2 - 9, width / 2 - 9
-    return [(CENTRES_MM / 2 + i * x, j * y) for i in (-1, 1) for j in (-1, 1)]
+    return Pos(CENTRES_MM / 2, 0) * GridLocations(length - 18, width - 18, 2, 2)
 
 
-def _ears(diameter: float) -> list[tuple[float, float]]:
-    away = diameter / 2 + 11.0
-    turns = (math.pi / 4 + n * math.pi / 2 for n in range(4))
-    return [(away * math.cos(turn), away * math.sin(turn)) for turn in turns]
+def _ears(diameter: float) -> Any:
+    return PolarLocations(diameter / 2 + 11.0, 4, 45)
 
 
 def _clamp(diameter: float) -> Any:
     """Give a split ring round a motor's or brake's body, with ears; its top is z = 0."""
     body = _hole(diameter / 2 + 6.0, 22.0, z=-22.0)
-    for x, y in _ears(diameter):
-        body += _hole(6.0, 6.0, x, y, -6.0)
-        turn = math.degrees(math.atan2(y, x))
-        reach = diameter / 2 + 3.0
-        body += Rot(0, 0, turn) * Pos(reach + 4.0, 0, -3.0) * Box(8.0, 10.0, 6.0)
+    body += _ears(diameter) * _hole(6.0, 6.0, z=-6.0)
+    body += _ears(diameter) * (Pos(-4.0, 0, -3.0) * Box(8.0, 10.0, 6.0))
     body += Pos(diameter / 2 + 8, 0, -14) * Box(10, 12, 12)
     body -= _hole(diameter / 2 + _FIT_MM / 2, 22.0, z=-22.0)
     body -= Pos(diameter / 2 + 8, 0, -11) * Box(24, 2, 22)
     body -= Pos(diameter / 2 + 9, 0, -14) * Rot(90, 0, 0) * Cylinder(1.7, 40)
-    for x, y in _ears(diameter):
-        body -= _hole(1.7, 8.0, x, y, -7.0)
-    return body
+    return body - _ears(diameter) * _hole(1.7, 8.0, z=-7.0)
 
 
 @dataclass(frozen=True)
@@ -209,22 +200,16 @@ def assembly(
         Placed("knob", _knob(height), True, 215.0, 8, 180.0),
         Placed("end stop", _stop(), True, 30.0, 9),
     ]
-    for n, (x, y) in enumerate(_legs()):
-        leg = _hole(_LEG_MM / 2, _LEG_HEIGHT_MM, x, y, under - _LEG_HEIGHT_MM)
-        leg -= _hole(1.3, 14.0, x, y, under - 14.0)
-        found.append(Placed(f"leg {n + 1}", leg, True, -40.0, 1))
-    return found
+    leg = _hole(_LEG_MM / 2, _LEG_HEIGHT_MM, z=under - _LEG_HEIGHT_MM)
+    leg -= _hole(1.3, 14.0, z=under - 14.0)
+    legs = enumerate(_legs() * leg, 1)
+    return found + [Placed(f"leg {n}", placed, True, -40.0, 1) for n, placed in legs]
 
 
 def _belt() -> Any:
     """Give a band round both pulleys."""
-
-    def band(radius: float) -> Any:
-        both = Circle(radius) + Pos(CENTRES_MM, 0) * Circle(radius)
-        corners = [(0, -radius), (CENTRES_MM, -radius), (CENTRES_MM, radius), (0, radius)]
-        return both + make_face(Polyline(*corners, close=True))
-
-    return Pos(0, 0, _DRUM_Z + 1.0) * extrude(band(LAND_MM + BELT_MM) - band(LAND_MM), 6.0)
+    inside, outside = (SlotCenterToCenter(CENTRES_MM, 2 * (LAND_MM + of)) for of in (0.0, BELT_MM))
+    return Pos(CENTRES_MM / 2, 0, _DRUM_Z + 1.0) * extrude(outside - inside, 6.0)
 
 
 def printed(placed: Placed) -> Any:

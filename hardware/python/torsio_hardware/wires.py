@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 
+from torsio_hardware.drawing import page
 from torsio_hardware.knob import Knob
 
 # Where a Pico has its pins, by what is printed beside them: 1 to 20 below, 21 to 40 above, with
@@ -23,20 +24,23 @@ MODULES = {
     "brake bridge": (18, 13, 25, 20),
     "current sensor": (28, 12, 34, 20),
     "encoder": (2, 12, 5, 14),
-    "emergency stop": (28, 8, 31, 11),
+    "emergency stop": (28, 3, 31, 11),
+    "clamp": (22, 22, 25, 23),
     "divider": (27, 21, 30, 23),
     "supply": (31, 22, 34, 24),
 }
 _TERMINALS = {
-    **{"encoder VCC": (2, 12), "encoder ground": (3, 12), "encoder A": (4, 12)},
-    **{"encoder B": (5, 12), "emergency stop": (28, 9), "divider OUT": (27, 21)},
-    **{"motor bridge IN1": (9, 13), "motor bridge IN2": (10, 13), "motor bridge SLEEP": (12, 13)},
-    **{"brake bridge IN1": (19, 13), "brake bridge IN2": (20, 13), "brake bridge SLEEP": (22, 13)},
-    **{"motor bridge FAULT": (13, 13), "brake bridge FAULT": (23, 13), "motor bridge VM": (10, 20)},
-    **{"motor bridge PMODE": (8, 15), "brake bridge PMODE": (25, 15)},
-    **{"brake bridge VM": (20, 20), "supply +": (31, 24), "divider top": (30, 21)},
+    **{"encoder VCC": (2, 12), "encoder A": (4, 12), "encoder B": (5, 12)},
+    **{"stop contact 1": (28, 9), "stop contact 2": (28, 10), "stop contact 2 out": (28, 11)},
+    **{"divider OUT": (27, 21), "divider top": (30, 21), "supply +": (31, 24), "clamp +": (25, 23)},
     **{"current sensor OUT": (32, 12), "current sensor VCC": (33, 12)},
+    **{"motor bridge PMODE": (8, 15), "brake bridge PMODE": (25, 15)},
 }
+_BRIDGE = {"IN1": (1, 0), "IN2": (2, 0), "SLEEP": (4, 0), "FAULT": (5, 0), "VM": (2, 7)}
+for _name in ("motor bridge", "brake bridge"):
+    _left, _top, *_ = MODULES[_name]
+    for _pin, (_x, _y) in _BRIDGE.items():
+        _TERMINALS[f"{_name} {_pin}"] = (_left + _x, _top + _y)
 # Solder a resistor from each of these to ground; one holds both bridges' enable.
 PULLED_DOWN = (
     *("motor bridge IN1", "motor bridge IN2", "brake bridge IN1", "brake bridge IN2"),
@@ -51,7 +55,7 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
     """Give every wire: from, to, its kind, and what it carries; pins as configured."""
     pin = {name: f"board GP{number}" for name, number in knob.pins.items()}
     second = {name: f"board GP{number + 1}" for name, number in knob.pins.items()}
-    enable, fault = pin["enable_pin"], pin["driver_fault_pin"]
+    fault = pin["driver_fault_pin"]
     return [
         (pin["encoder_pin"], "encoder A", "signal", "3.3 V; from 5 V by 1 and 1.8 kohm"),
         (second["encoder_pin"], "encoder B", "signal", "3.3 V; from 5 V by 1 and 1.8 kohm"),
@@ -59,13 +63,14 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
         (second["motor_pin"], "motor bridge IN2", "PWM", "4.7 kohm to ground"),
         (pin["brake_pin"], "brake bridge IN1", "PWM", "4.7 kohm to ground"),
         (second["brake_pin"], "brake bridge IN2", "PWM", "4.7 kohm to ground"),
-        (enable, "motor bridge SLEEP", "signal", "enable, 4.7 kohm to ground"),
-        (enable, "brake bridge SLEEP", "signal", "enable"),
+        (pin["emergency_stop_pin"], "stop contact 1", "signal", "to ground, opens when pressed"),
+        (pin["enable_pin"], "stop contact 2", "signal", "enable; opens when pressed"),
+        ("stop contact 2 out", "motor bridge SLEEP", "signal", "enable, 4.7 kohm to ground"),
+        ("stop contact 2 out", "brake bridge SLEEP", "signal", "enable"),
         (fault, "motor bridge FAULT", "signal", "low on an error"),
         (fault, "brake bridge FAULT", "signal", "low on an error"),
         ("board 3V3", "motor bridge PMODE", "power", "3.3 V: two inputs"),
         ("board 3V3", "brake bridge PMODE", "power", "3.3 V: two inputs"),
-        (pin["emergency_stop_pin"], "emergency stop", "signal", "to ground, opens when pressed"),
         (pin["current_sense_pin"], "current sensor OUT", "signal", "1.65 V at no current; 0.2 V/A"),
         (pin["supply_sense_pin"], "divider OUT", "signal", "supply over 11"),
         ("board 3V3", "current sensor VCC", "power", "3.3 V, REF1 too; REF2 to ground"),
@@ -73,22 +78,13 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
         ("supply +", "motor bridge VM", "power", "12 V, 4 A, fuse; 2200 uF to ground"),
         ("supply +", "brake bridge VM", "power", "12 V"),
         ("supply +", "divider top", "power", "12 V"),
+        ("supply +", "clamp +", "power", "1.2 A from 13.0 V on, to ground"),
         ("supply ground", "all grounds, one point", "power", "4 A"),
         ("motor bridge OUT1", "choke, sensor, motor +", "power", "2 A"),
         ("motor bridge OUT2", "motor -", "power", "2 A"),
         ("brake bridge OUT1", "brake coil", "power", "0.3 A"),
         ("brake bridge OUT2", "brake coil", "power", "0.3 A"),
     ]
-
-
-def _svg(width: int, height: int, shapes: Iterable[str]) -> str:
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}">'
-        "<style>rect{fill:#eef3f7;stroke:#345}polyline{fill:none;stroke-width:2}circle{fill:#ccc}"
-        "text{font:12px sans-serif}.small{font-size:10px;fill:#333}</style>"
-        f'<rect width="{width}" height="{height}" style="fill:#fff;stroke:none"/>'
-        f"{''.join(shapes)}</svg>\n"
-    )
 
 
 def _line(points: Iterable[tuple[float, float]], colour: str) -> str:
@@ -108,7 +104,7 @@ def harness_svg(knob: Knob) -> str:
             f'<rect x="500" y="{y - 14}" width="180" height="20"/>'
             f'<text x="506" y="{y}">{end}</text>'
         ]
-    return _svg(700, 40 + 26 * len(wires), shapes)
+    return page(700, 40 + 26 * len(wires), shapes)
 
 
 def place(end: str) -> tuple[int, int] | None:
@@ -121,10 +117,10 @@ def place(end: str) -> tuple[int, int] | None:
 
 def _way(begin: tuple[int, int], end: tuple[int, int], lane: int) -> list[tuple[float, float]]:
     """Lead a wire round the modules: others are straight."""
-    if end[1] < 10:
+    if end[1] < 11:
         return [begin, (begin[0], end[1]), end]
     if begin[1] > 1:
-        return [begin, (end[0], begin[1]), end] if begin[1] > 20 else [begin, end]
+        return [begin, (end[0], begin[1]), end] if begin[1] > 10 else [begin, end]
     above, side = 0.4 - 0.3 * lane, end[0] if end[0] > 20 else -0.2 - 0.1 * lane
     return [begin, (begin[0], above), (side, above), (side, end[1]), end]
 
@@ -136,7 +132,7 @@ def board_svg(knob: Knob) -> str:
         return (column + 1) * _PITCH, (row + 2) * _PITCH
 
     shapes = [
-        f'<circle cx="{x:g}" cy="{y:g}" r="2"/>'
+        f'<circle cx="{x:g}" cy="{y:g}" r="2" class="dot"/>'
         for x, y in (at(column, row) for column in range(HOLES[0]) for row in range(HOLES[1]))
     ]
     for name, (left, top, right, bottom) in MODULES.items():
@@ -178,4 +174,4 @@ def board_svg(knob: Knob) -> str:
     x, y = at(0, HOLES[1])
     words = "Black: ground; 4.7 kohm to each marked input. Numbers: wires of the harness."
     shapes += [f'<text x="{x:g}" y="{y:g}">{words}</text>']
-    return _svg((HOLES[0] + 1) * _PITCH, (HOLES[1] + 4) * _PITCH, shapes)
+    return page((HOLES[0] + 1) * _PITCH, (HOLES[1] + 6) * _PITCH, shapes)
