@@ -6,11 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 import torsio
 from tests.board import pico
 from tests.board.live import BinaryTransport
 from tests.board.pico import EmulatedPico, enumerated
-from tests.board.world import World
+from tests.board.world import PERIOD_NS, World
+from torsio.printed.plant import PlantParams
 from torsio_hardware.faults import Fault
 from torsio_hardware.knob import Knob
 from torsio_hardware.rehearsal import Bench
@@ -18,31 +21,38 @@ from torsio_hardware.rehearsal import Bench
 _CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that it shows
 
 
-class ChipWorld:
-    """A maker's actions on a board in its emulated chip."""
+class ChipWorld(World):
+    """A world round a board in its emulated chip, with a maker's actions and mistakes."""
 
-    def __init__(self, board: EmulatedPico, world: World, *, swapped_encoder: bool) -> None:
-        self._board, self._world = board, world
-        assert world.params.electrics is not None
+    def __init__(self, board: EmulatedPico, plant: PlantParams, *, swapped_encoder: bool) -> None:
+        super().__init__(plant)
+        self._board = board
         # The sensor sits between bridge and motor: it sees the current as the bridge does.
-        self._motor_sign = -1 if world.params.electrics.motor_reversed else 1
+        self._motor_sign = -1 if self._electrics.motor_reversed else 1
         self._encoder_sign = -1 if swapped_encoder else 1
         self._frozen = False
+        self._jitter = 0
 
-    def pass_period(self, motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
+    def pass_period(
+        self, motor_share: float, brake_share: float, enabled: bool
+    ) -> tuple[float, list[float]]:
         sign = self._motor_sign
-        amperes, edges = self._world.pass_period(sign * motor, brake, enabled)
-        turned = [] if self._frozen else [self._encoder_sign * edge for edge in edges]
-        return sign * amperes, turned
+        amperes, edges = super().pass_period(sign * motor_share, brake_share, enabled)
+        if self._frozen:
+            edges = []
+        elif self.params.encoder_noise_counts:
+            jitter = round(self.params.encoder_noise_counts * self._random.normal())
+            more, self._jitter = jitter - self._jitter, jitter
+            edges = [*edges, *np.sign(more) * np.linspace(1.0, PERIOD_NS - 1.0, abs(more))]
+        return sign * amperes, [self._encoder_sign * float(at) for at in sorted(edges, key=abs)]
 
     def set_hand(self, hand: torsio.Hand) -> None:
         # Its times are the world's; a rehearsal's times begin now.
-        now = self._world.time_s
         if isinstance(hand, torsio.PrescribedMotion):
             given: Any = hand.angle_rad
-            path = [(now + time, angle) for time, angle in given]
+            path = [(self.time_s + time, angle) for time, angle in given]
             hand = torsio.PrescribedMotion(angle_rad=path)
-        self._world.set_hand(hand)
+        super().set_hand(hand)
 
     def set_emergency_stop(self, *, pressed: bool) -> None:
         self._board.do("pin", pin=11, high=pressed)
@@ -52,9 +62,6 @@ class ChipWorld:
 
     def freeze_encoder(self, *, frozen: bool) -> None:
         self._frozen = frozen
-
-    def set_supply(self, supply_v: float) -> None:
-        self._board.do("motor", supply=supply_v)
 
     def set_current_sensor(self, state: str) -> None:
         self._board.do("motor", sensor_amperes=_CONVERTER[state])
@@ -72,9 +79,9 @@ def binary(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]
             device.save()
         board.power_cycle()
         # What is wrong is so before the board starts: it learns its sensor's zero at once.
-        world = ChipWorld(board, World(plant), swapped_encoder=fault.reversed_encoder)
+        world = ChipWorld(board, plant, swapped_encoder=fault.reversed_encoder)
         assert plant.electrics is not None
-        world.set_supply(plant.electrics.supply_v)
+        board.do("motor", supply=plant.electrics.supply_v)
         fault.happen(world)
         board.enumerate()
         board.couple(world.pass_period)

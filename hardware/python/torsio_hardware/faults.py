@@ -21,78 +21,73 @@ class Fault:
     name: str
     words: str  # the maker's mistake
     finding: str  # that names it: of a step of first power, of `doctor`, or of `calibrate`
-    change: Callable[[PlantParams], PlantParams] = lambda plant: plant
-    happen: Callable[[Any], object] = lambda world: None  # to the world round the open knob
-    meter: dict[str, float] = field(default_factory=dict)  # wrong kilohms by the place
-    reversed_encoder: bool = False  # A and B are swapped
     also: tuple[str, ...] = ()  # other findings that it may show itself by
+    electrics: dict[str, float] = field(default_factory=dict)  # factors; True sets a switch
+    plant: dict[str, Any] = field(default_factory=dict)  # values in place of the right ones
+    softer: float = 1.0  # factor of the spring's stiffness
+    happen: Callable[[Any], object] = lambda world: None  # to the world round the open knob
+    pull_down_kohm: float = 4.3  # of the enable line: 4.7, beside 100 of each bridge
+    reversed_encoder: bool = False  # A and B are swapped
 
-
-def _electrics(**values: Any) -> Callable[[PlantParams], PlantParams]:
-    """Multiply values of the electrics, and set switches."""
-
-    def change(plant: PlantParams) -> PlantParams:
+    def change(self, plant: PlantParams) -> PlantParams:
+        """Build the fault into a knob."""
         parts: Any = plant.electrics
-        more = {
-            name: value if value is True else getattr(parts, name) * value
-            for name, value in values.items()
+        electrics = {
+            name: factor if factor is True else factor * getattr(parts, name)
+            for name, factor in self.electrics.items()
         }
-        return replace(plant, electrics=replace(parts, **more))
-
-    return change
-
-
-def _plant(**values: Any) -> Callable[[PlantParams], PlantParams]:
-    return lambda plant: replace(plant, **values)
-
-
-def _soften(plant: PlantParams) -> PlantParams:
-    return replace(plant, shaft_stiffness_nm_per_rad=0.75 * plant.shaft_stiffness_nm_per_rad)
+        stiffness = self.softer * plant.shaft_stiffness_nm_per_rad
+        return replace(
+            plant,
+            electrics=replace(parts, **electrics),
+            shaft_stiffness_nm_per_rad=stiffness,
+            **self.plant,
+        )
 
 
 FAULTS = (
     Fault("motor_swapped", "the motor's two wires are swapped", "motor:backwards",
-          _electrics(motor_reversed=True)),
+          electrics={"motor_reversed": True}),
     Fault("encoder_swapped", "the encoder's A and B are swapped", "encoder:backwards",
           reversed_encoder=True),
     Fault("encoder_off", "the encoder's cable is off, or has no supply", "encoder:still",
           happen=lambda world: world.freeze_encoder(frozen=True)),
     Fault("encoder_noisy", "the encoder's cable has no shield and lies by the motor's",
-          "calibrate:noisy", _plant(encoder_noise_counts=4.0)),
+          "calibrate:noisy", plant={"encoder_noise_counts": 4.0}),
     Fault("encoder_lines", "an encoder of 1,000 lines in place of 2,048", "encoder:counts",
-          _plant(counts_per_rev=4000)),
+          plant={"counts_per_rev": 4000}),
     Fault("stop_open", "the emergency stop's contact is not connected", "doctor:emergency_stop",
           happen=lambda world: world.set_emergency_stop(pressed=True)),
     Fault("bridge_fault", "the bridge's fault wire touches ground", "doctor:actuator",
           happen=lambda world: world.set_actuator_fault(present=True)),
     Fault("supply_24v", "a supply of 24 V in place of 12", "doctor:supply",
-          _electrics(supply_v=2.0)),
+          electrics={"supply_v": 2.0}),
     Fault("supply_off", "the supply's fuse is blown", "doctor:supply",
-          _electrics(supply_v=1e-3)),
+          electrics={"supply_v": 1e-3}),
     Fault("pull_down_missing", "the pull-down of the enable line is missing", "link:pull_down",
-          meter={"enable line to ground, no power": 50.0}),
+          pull_down_kohm=50.0),
     Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",
           happen=lambda world: world.set_current_sensor("dead")),
     Fault("sensor_stuck", "the motor's current does not pass through the sensor",
           "motor:winding", happen=lambda world: world.set_current_sensor("stuck"),
           also=("calibrate:winding",)),
     Fault("motor_contact", "a bad crimp in the motor's line, of 2 ohm", "calibrate:winding_values",
-          _electrics(winding_resistance_ohm=1.8), also=("calibrate:winding",)),
+          electrics={"winding_resistance_ohm": 1.8}, also=("calibrate:winding",)),
     Fault("brake_off", "the brake's coil is not connected", "calibrate:does_not_hold",
-          _electrics(coil_resistance_ohm=1e4)),
+          electrics={"coil_resistance_ohm": 1e4}),
     Fault("brake_coil_24v", "a brake for 24 V, of four times the resistance",
           "calibrate:does_not_hold",
-          _electrics(coil_resistance_ohm=4.0, coil_torque_constant_nm_per_a=2.0)),
+          electrics={"coil_resistance_ohm": 4.0, "coil_torque_constant_nm_per_a": 2.0}),
     Fault("brake_drags", "the brake is mounted askew and drags with 8 mN m", "calibrate:drag",
-          _plant(brake_drag_nm=8e-3), also=("motor:still",)),
+          plant={"brake_drag_nm": 8e-3}, also=("motor:still",)),
     Fault("belt_loose", "the belt is loose and stretches", "calibrate:shaft_soft",
-          _plant(belt=Belt(stiffness_nm_per_rad=1.5))),
+          plant={"belt": Belt(stiffness_nm_per_rad=1.5)}),
     Fault("hub_slips", "the spring's hub slips on the shaft at 30 mN m", "calibrate:does_not_hold",
-          _electrics(coil_torque_constant_nm_per_a=0.25)),
+          electrics={"coil_torque_constant_nm_per_a": 0.25}),
     Fault("spring_soft", "the spring's walls are 0.08 mm too thin: 25 % softer",
-          "calibrate:spring_off", _soften, also=("calibrate:shaft_soft",)),
+          "calibrate:spring_off", softer=0.75, also=("calibrate:shaft_soft",)),
     Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "motor:still",
-          _plant(knob_coulomb_nm=40e-3), also=("calibrate:drag",)),
+          plant={"knob_coulomb_nm": 40e-3}, also=("calibrate:drag",)),
 )  # fmt: skip
 
 

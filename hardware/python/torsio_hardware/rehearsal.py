@@ -1,25 +1,33 @@
-"""First power before there are parts: the same steps, on an emulated knob with one thing wrong."""
+"""`torsio rehearse`: first power before there are parts, on a knob with one thing wrong."""
 
 from __future__ import annotations
 
+import importlib
 import math
+import random
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Annotated, Any
+
+import typer
 
 import torsio
 from torsio import calibration
-from torsio.apps.doctor.facts import ClockFit, KnobFacts
-from torsio.apps.doctor.knob import check_parts, check_start, check_state
+from torsio.apps.doctor.knob import check_start, check_state
+from torsio.common.extras import how_to_install
 from torsio.printed.hands import NoHand, PrescribedMotion
-from torsio_hardware.faults import FAULTS, Fault
-from torsio_hardware.knob import RATES_HZ, Knob
+from torsio.studio.page import page_folder
+from torsio_hardware.cli import File, fail, tell
+from torsio_hardware.faults import FAULTS, Fault, named
+from torsio_hardware.knob import DEFAULT, RATES_HZ, Knob, load
 
-# A meter's ohms show a missing pull-down: volts do not, for chips have weak ones of their own.
-PULL_DOWN = "enable line to ground, no power"
-PULL_DOWN_KOHM = 4.3  # 4.7, beside 100 of each bridge
+app = typer.Typer(help="Rehearse first power of a knob that is not built yet.")
+
 KEEP = "calibrate:spring_off"  # within a print's band: the one finding that is no fault
 _SETTLE_S = 0.3  # the board learns its sensor's zero
 _CAPS: dict[str, Any] = {
@@ -76,8 +84,20 @@ def emulated(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Benc
         yield Bench(knob, device, device.emulator, fault)
 
 
-def _band(knob: Knob, step: str) -> tuple[float, float]:
-    return next(row[2] for row in knob.expected() if row[0] == step)
+def _band(knob: Knob, step: str, what: str = "") -> tuple[float, float]:
+    """Look an expected figure up, by its step and a part of its name."""
+    return next(row[2] for row in knob.expected() if row[0] == step and what in row[1])
+
+
+def _meter(bench: Bench) -> Shown:
+    """Measure with a meter what the firmware cannot see.
+
+    Ohms show a missing pull-down: volts do not, for chips have weak ones of their own.
+    """
+    kohm = bench.fault.pull_down_kohm
+    low, high = _band(bench.knob, "link", "no power")
+    text = f"enable line to ground, no power: {kohm:.1f} kilohm, expected {low:g} to {high:g}"
+    return text, "" if low <= kohm <= high else "link:pull_down"
 
 
 def _apply(bench: Bench) -> Shown:
@@ -91,51 +111,25 @@ def _apply(bench: Bench) -> Shown:
 
 def _turn(bench: Bench) -> Shown:
     """Turn the knob by hand, once, and let go."""
-    device = bench.device
-    begin = device.position_rad()
-    bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (_TURN_S, begin + 2 * math.pi)]))
+    device, begin = bench.device, bench.device.position_rad()
+    bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (_TURN_S, begin + math.tau)]))
     device.sleep(_TURN_S + 0.1)
     bench.world.set_hand(NoHand())
     counts = (device.position_rad() - begin) / math.tau * bench.knob.number("counts_per_rev")
     low, high = _band(bench.knob, "encoder")
     text = f"one turn: {counts:.0f} counts, expected {low:.0f} to {high:.0f}"
-    finding = ""
     if abs(counts) < 50:
-        finding = "encoder:still"
-    elif counts < 0:
-        finding = "encoder:backwards"
-    elif not low <= counts <= high:
-        finding = "encoder:counts"
-    return text, finding
-
-
-def _meter(bench: Bench) -> Shown:
-    """Measure with a meter what the firmware cannot see."""
-    kohm = bench.fault.meter.get(PULL_DOWN, PULL_DOWN_KOHM)
-    low, high = next(row[2] for row in bench.knob.expected() if "no power" in row[1])
-    text = f"{PULL_DOWN}: {kohm:.1f} kilohm, expected {low:g} to {high:g}"
-    return text, "" if low <= kohm <= high else "link:pull_down"
+        return text, "encoder:still"
+    if counts < 0:
+        return text, "encoder:backwards"
+    return text, "" if low <= counts <= high else "encoder:counts"
 
 
 def _doctor(bench: Bench) -> Shown:
-    """Ask `doctor`, without clocks and answers: they mean nothing in virtual time."""
-    device, health = bench.device, bench.device.health()
-    facts = KnobFacts(
-        info=device.info,
-        before=health,
-        after=health,
-        watchdog_s=device.control_config().watchdog_s,
-        watches_supply=device.board_config().supply_sense_pin != 0,
-        limits=device.limits(),
-        clock=ClockFit(0.0, 0.0, 0.0),
-        round_trips=None,
-        samples=0,
-        link=device.statistics(),
-    )
-    for check in (check_state, check_start, check_parts):
-        finding = check(facts)
-        # Parts are not confirmed yet.
-        if not finding.ok and finding.check != "parts":
+    """Ask `doctor` for faults; clocks and answers mean nothing where time is virtual."""
+    facts: Any = SimpleNamespace(after=bench.device.health())
+    for finding in (check_state(facts), check_start(facts)):
+        if not finding.ok:
             first = finding.faults[0] if finding.faults else finding.check
             return finding.text, f"doctor:{first}"
     return "no fault", ""
@@ -143,18 +137,17 @@ def _doctor(bench: Bench) -> Shown:
 
 def _stop(bench: Bench) -> Shown:
     """Press the emergency stop and release it."""
-    device = bench.device
-    bench.world.set_emergency_stop(pressed=True)
-    device.sleep(0.1)
-    pressed = "emergency_stop" in device.faults()
-    bench.world.set_emergency_stop(pressed=False)
-    device.sleep(0.1)
-    others = [fault for fault in device.faults() if fault != "emergency_stop"]
+    device, told = bench.device, []
+    for pressed in (True, False):
+        bench.world.set_emergency_stop(pressed=pressed)
+        device.sleep(0.1)
+        told.append(device.faults())
+    others = [fault for fault in told[1] if fault != "emergency_stop"]
     if others:
         return f"faults: {', '.join(others)}", f"doctor:{others[0]}"
     device.clear_fault()
     text = "pressed: fault emergency_stop; released and cleared: disarmed"
-    return text, "" if pressed else "stop:not_seen"
+    return text, "" if "emergency_stop" in told[0] else "stop:not_seen"
 
 
 def _push(bench: Bench) -> Shown:
@@ -166,30 +159,25 @@ def _push(bench: Bench) -> Shown:
     device.configure(torsio.ControlConfig(law="motor_only", **_CAPS))
     actuator = device.actuator_config()
     friction = actuator.knob_coulomb_nm + actuator.brake_drag_nm
-    begin, fastest = device.position_rad(), 0.0
+    begin, moved = device.position_rad(), 0.0
     device.arm()
-    for n in range(40):
-        if device.state != "armed" or abs(fastest) > _PUSHED_RAD:
-            break
-        if n % 20 == 0:
-            push_nm = _CAPS["motor_torque_cap_nm"] if n else 1.3 * friction
-            device.play(torsio.Constant(torque_nm=push_nm))
-        device.sleep(0.01)
-        fastest = device.position_rad() - begin
+    for push_nm in (1.3 * friction, _CAPS["motor_torque_cap_nm"]):
+        for _ in range(20):
+            if device.state == "armed" and abs(moved) < _PUSHED_RAD:
+                device.play(torsio.Constant(torque_nm=push_nm))
+                device.sleep(0.01)
+                moved = device.position_rad() - begin
     faults = device.faults()
-    if device.state == "armed":
-        device.stop()
-        device.disarm()
+    device.stop()
     if faults:
         device.sleep(0.5)
         device.clear_fault()
-    finding = f"motor:{faults[0]}" if faults else ""
-    if fastest < -_PUSHED_RAD / 2:
-        finding = "motor:backwards"
-    elif not faults and fastest < _MOVED_RAD:
-        finding = "motor:still"
-    text = f"a push turned the knob by {fastest:+.2f} rad; faults: {', '.join(faults) or 'none'}"
-    return text, finding
+    text = f"a push turned the knob by {moved:+.2f} rad; faults: {', '.join(faults) or 'none'}"
+    if moved < -_PUSHED_RAD / 2:
+        return text, "motor:backwards"
+    if faults:
+        return text, f"motor:{faults[0]}"
+    return text, "" if moved > _MOVED_RAD else "motor:still"
 
 
 def _drag(bench: Bench) -> Shown:
@@ -200,8 +188,7 @@ def _drag(bench: Bench) -> Shown:
     device.play(torsio.Friction(torque_nm=_DRAG_NM))
     device.sleep(0.5)
     armed = device.state == "armed"
-    if armed:
-        device.disarm()
+    device.stop()
     low, high = _band(bench.knob, "brake")
     text = f"friction of 10 mN m: measure {low:.2f} to {high:.2f} V at the coil"
     return text, "" if armed else "brake:disarmed"
@@ -215,7 +202,7 @@ def _confirm(bench: Bench) -> Shown:
         motor_torque_cap_nm=of("motor_torque_max_nm"),
         brake_torque_cap_nm=of("brake_torque_max_nm"),
     )
-    device.update(confirmed=True, motor_current_continuous_a=2.0)
+    device.update(confirmed=True)
     device.sleep(_SETTLE_S)
     return "done", ""
 
@@ -224,19 +211,19 @@ def _calibrate(bench: Bench) -> Shown:
     """Calibrate, and hold what is found against the file's bands: friction, then the spring."""
     knob = bench.knob
     try:
-        quantities = calibration.calibrate(bench.device).quantities
+        supply_v = knob.number("supply_v")
+        quantities = calibration.calibrate(bench.device, supply_v=supply_v).quantities
     except (calibration.Refusal, torsio.Refused) as error:
         # A fault of the device is named by itself, as `torsio doctor` would.
         reason = next(iter(bench.device.faults()), getattr(error, "reason", "refused"))
         return str(error), f"calibrate:{reason}"
-    bands = {row[1]: row[2] for row in knob.expected() if row[0] == "calibrate"}
     for name in ("coulomb_nm", "brake_drag_nm"):
-        found, most = quantities[name].value, bands[name][1]
+        found, most = quantities[name].value, _band(knob, "calibrate", name)[1]
         if found > most:
             text = f"{name} is {1e3 * found:.1f} mN m, expected at most {1e3 * most:.1f}"
             return text, "calibrate:drag"
     stiffness = quantities["stiffness_nm_per_rad"].value
-    low, high = bands["stiffness_nm_per_rad"]
+    low, high = _band(knob, "calibrate", "stiffness")
     off = stiffness / knob.number("spring_stiffness_nm_per_rad") - 1
     text = (
         f"shaft {stiffness:.3f} N m/rad, {100 * off:+.0f} % from the file's; a "
@@ -244,9 +231,7 @@ def _calibrate(bench: Bench) -> Shown:
     )
     if stiffness < low:
         return text, "calibrate:shaft_soft"
-    if abs(off) > 0.1:
-        return f"{text}: keep what is proposed", KEEP
-    return text, ""
+    return (f"{text}: keep what is proposed", KEEP) if abs(off) > 0.1 else (text, "")
 
 
 STEPS: tuple[tuple[str, str, Callable[[Bench], Shown]], ...] = (
@@ -281,3 +266,106 @@ def run(bench: Bench, tell: Callable[[Seen], object], steps: Any = STEPS) -> See
         if finding:
             break
     return seen
+
+
+def _on_chip(knob: Knob, fault: Fault, seed: int | None) -> Any:
+    """Give the bench of the tests, which have the emulated chip."""
+    try:
+        sys.path.insert(0, str(Path.cwd()))
+        return importlib.import_module("tests.making.chip").binary(knob, fault, seed)
+    except ModuleNotFoundError as error:
+        needed = "--chip runs in a clone of the project alone, after ./dev test making"
+        raise ValueError(f"{needed}: {error}") from None
+
+
+def served(knob: Knob, fault: Fault, seed: int | None) -> Any:
+    """Describe the knob as the page has it; a calibration has its parts confirmed.
+
+    Raises `ModuleNotFoundError` without what serves pages.
+    """
+    from torsio.studio.server import Emulated
+
+    of = options(knob, fault, seed)
+    board = replace(of.board, confirmed=True)  # type: ignore[type-var]
+    return Emulated(
+        replace(of, paced=True, log_truth=True),
+        replace(of, board=board, control=torsio.ControlConfig(speed_limit_rad_s=160.0)),
+        fault.happen,
+    )
+
+
+def _serve(knob: Knob, fault: Fault, seed: int | None) -> None:
+    """Serve the page until Ctrl-C, and say what a meter shows: the page cannot."""
+    try:
+        from torsio.studio.server import serve
+
+        page = page_folder()
+    except (ModuleNotFoundError, torsio.Error) as error:
+        missing = error.name if isinstance(error, ModuleNotFoundError) else "the built page"
+        raise ValueError(
+            f"--page needs {how_to_install('studio')}, and then once ./dev studio in the clone, "
+            f"which builds the page (Ctrl-C ends it); missing now: {missing}"
+        ) from None
+    world = served(knob, fault, seed)
+    tell(f"meter   {fault.pull_down_kohm:.1f} kilohm from enable line to ground, no power")
+    tell(f"meter   {world.options.plant.electrics.supply_v:.1f} V at bridges")
+    serve("emulated", page, 0, lambda address: tell(f"studio  {address}"), world)
+
+
+def _go_through(knob: Knob, fault: Fault, seed: int | None, *, chip: bool) -> bool:
+    """Take all steps, and say what they show; True if something is wrong."""
+
+    def told(seen: Seen) -> None:
+        mark = {"": "ok", KEEP: "off"}.get(seen.finding, "WRONG")
+        tell(f"{mark:6} {seen.step:10} $ {seen.command}", f"{'':18}{seen.text}")
+
+    with (_on_chip if chip else emulated)(knob, fault, seed) as bench:
+        seen = run(bench, told)
+    tell(f"found    {seen.finding or 'nothing wrong'}")
+    tell(*(f"         maybe: {named(name).words}" for name in seen.causes))
+    return bool(seen.finding)
+
+
+@app.callback(invoke_without_command=True)
+def rehearse(
+    file: File = DEFAULT,
+    fault: Annotated[
+        str, typer.Option(metavar="NAME", help="Build this fault in; `--fault list` names all.")
+    ] = "",
+    blind: Annotated[
+        int | None,
+        typer.Option(metavar="NUMBER", help="Draw a hidden fault and parts by this number."),
+    ] = None,
+    reveal: Annotated[bool, typer.Option("--reveal", help="Tell at the end which it was.")] = False,
+    page: Annotated[bool, typer.Option("--page", help="Serve this knob to the studio.")] = False,
+    chip: Annotated[
+        bool, typer.Option("--chip", help="The released firmware in its chip: takes minutes.")
+    ] = False,
+) -> None:
+    """Go through the steps of docs/how-to/first-power.md, and name what is wrong.
+
+    The device is the emulated one, of the firmware's own sources. Exit status 1: something was
+    found.
+    """
+    if fault == "list":
+        tell(*(f"{each.name:18} {each.words}" for each in FAULTS))
+        return
+    found = False
+    try:
+        knob = load(file)
+        chosen = named(fault)
+        if blind is not None:
+            chosen = random.Random(blind).choice(FAULTS)
+        if page:
+            _serve(knob, chosen, blind)
+        else:
+            found = _go_through(knob, chosen, blind, chip=chip)
+    except (ValueError, OSError, torsio.Error) as error:
+        raise fail(error) from None
+    if reveal:
+        tell(f"built in {chosen.words}")
+        if blind is not None:
+            print_nm_per_rad = knob.plant(blind).shaft_stiffness_nm_per_rad
+            tell(f"         beside it this print's spring has {print_nm_per_rad:.3f} N m/rad")
+    if found:
+        raise typer.Exit(1)
