@@ -189,7 +189,8 @@ def _bend_arm(line: Any, thickness: float, twists: Any) -> tuple[Any, Any]:
         way, stretch, moment = section(at, now, held)
         return np.vstack([(1 + stretch) * way, moment * np.linalg.norm(way, axis=0)])
 
-    now, held = np.vstack([line.T, np.zeros_like(share)]), np.zeros(3)
+    now: Any = np.vstack([line.T, np.zeros_like(share)])
+    held: Any = np.zeros(3)
     torques, strains = [], []
     for twist in twists:
         ends = np.append(line[0], 0.0), np.append(rotation(twist) @ line[-1], twist)
