@@ -209,7 +209,7 @@ RULES = (
         "the emulated knob, which may be left out",
         (
             *(*FIRMWARE, "conversion", "emulated", "torsio"),
-            *("emulated_transport.hpp", "fair_mutex.hpp", "process.hpp", "session.hpp"),
+            *("emulated_transport.hpp", "fair_mutex.hpp", "link.hpp", "process.hpp"),
         ),
     ),
     Rule(

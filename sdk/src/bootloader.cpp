@@ -21,16 +21,16 @@ void start_bootloader(std::string_view selector, const OpenOptions& options) {
   Session session(open_transport(selector, options),
                   {.command_timeout_ns = whole_ns("command_timeout_s", options.command_timeout_s),
                    .interrupted = options.interrupted});
-  session.command(protocol::Op::disarm);
+  session.requests.command(protocol::Op::disarm);
   for (int asked = 1;; ++asked) {
     try {
-      session.command(protocol::Op::bootloader);
+      session.requests.command(protocol::Op::bootloader);
       break;
     } catch (const Refused& refused) {
       // The torque fades first.
       if (refused.status() != "not_disarmed" || asked == kAskings) throw;
     }
-    session.sleep(kAskAgainNs);
+    session.link.sleep(kAskAgainNs);
   }
   session.close(false);
 }

@@ -11,7 +11,7 @@
 
 namespace torsio {
 
-class Session;
+class Link;
 
 struct Connection {
   std::unique_ptr<Transport> transport;
@@ -19,8 +19,8 @@ struct Connection {
   std::string path;
   std::string product;
   /// Makes the user's handle on the world round an emulated device; empty for other devices. The
-  /// session must outlive it.
-  std::function<std::unique_ptr<Emulator>(Session&)> make_emulator{};
+  /// link must outlive it.
+  std::function<std::unique_ptr<Emulator>(Link&)> make_emulator{};
 };
 
 }  // namespace torsio

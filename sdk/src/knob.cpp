@@ -84,13 +84,14 @@ Knob::Impl::Impl(Connection connection, const OpenOptions& options)
     : identity_(identify(*connection.transport)),
       info_(describe(identity_, connection)),
       session(std::move(connection.transport), session_options(options)),
-      player(session),
-      telemetry(session, session_options(options).command_timeout_ns) {
-  if (connection.make_emulator) emulator = connection.make_emulator(session);
+      player(session.link, session.requests),
+      telemetry(session.device, session.requests, session.samples,
+                session_options(options).command_timeout_ns) {
+  if (connection.make_emulator) emulator = connection.make_emulator(session.link);
   session.set_identity(identity_);
   telemetry.set_control_period(identity_.control_period_ns);
-  session.note(session.get<protocol::Health>());
-  note(session.get<protocol::ControlConfig>());
+  session.device.note(session.requests.get<protocol::Health>());
+  note(session.requests.get<protocol::ControlConfig>());
 }
 
 Knob::Knob(Connection connection, const OpenOptions& options)
@@ -108,14 +109,14 @@ Knob& Knob::operator=(Knob&& other) noexcept {
 Knob::~Knob() { close(); }
 
 Knob::Impl& Knob::impl() const {
-  if (impl_ != nullptr) impl_->session.throw_unless_here();
+  if (impl_ != nullptr) impl_->session.link.throw_unless_here();
   if (!is_open()) throw Closed("the knob was closed; open it again");
   return *impl_;
 }
 
 void Knob::close() noexcept {
   if (impl_ == nullptr) return;
-  if (impl_->session.is_here()) {
+  if (impl_->session.link.is_here()) {
     impl_->close();
   } else {
     // Its threads are not here to be joined, nor its locks to be had.
@@ -124,26 +125,28 @@ void Knob::close() noexcept {
 }
 
 void Knob::disarm_to_close() noexcept {
-  if (impl_ != nullptr && impl_->session.is_here()) impl_->disarm_to_close();
+  if (impl_ != nullptr && impl_->session.link.is_here()) impl_->disarm_to_close();
 }
 
 bool Knob::is_open() const noexcept {
-  return impl_ != nullptr && impl_->session.is_here() && impl_->session.is_open();
+  return impl_ != nullptr && impl_->session.link.is_here() && impl_->session.link.is_open();
 }
 
 DeviceInfo Knob::info() const { return impl().info(); }
-State Knob::state() const { return impl().session.state(); }
+State Knob::state() const { return impl().session.device.state(); }
 StableStiffness Knob::stable_stiffness() {
   Impl& knob = impl();
-  return conversion::stable_stiffness(knob.session.get<protocol::ActuatorConfig>(),
-                                      knob.session.get<protocol::ControlConfig>(),
+  return conversion::stable_stiffness(knob.session.requests.get<protocol::ActuatorConfig>(),
+                                      knob.session.requests.get<protocol::ControlConfig>(),
                                       knob.identity().control_period_ns);
 }
-std::optional<Disarm> Knob::last_disarm() const { return impl().session.last_disarm(); }
+std::optional<Disarm> Knob::last_disarm() const { return impl().session.device.last_disarm(); }
 std::shared_ptr<ReportTap> Knob::tap(bool with_telemetry) {
   return impl().player.tap(with_telemetry);
 }
-ReportBytes Knob::feature(std::uint8_t report_id) { return impl().session.get_feature(report_id); }
+ReportBytes Knob::feature(std::uint8_t report_id) {
+  return impl().session.requests.get_feature(report_id);
+}
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
 bool Knob::is_emulated() const { return impl().emulator != nullptr; }
 
@@ -155,19 +158,19 @@ Emulator& Knob::emulator() const {
 std::vector<std::string> Knob::faults() { return health().faults; }
 
 Health Knob::health() {
-  const auto report = impl().session.get<protocol::Health>();
-  impl().session.note(report);
+  const auto report = impl().session.requests.get<protocol::Health>();
+  impl().session.device.note(report);
   auto health = impl().read<Health>(report);
   health.faults = fault_names(report.faults);
   return health;
 }
 
 Energies Knob::energies() {
-  return conversion::energies(impl().session.get<protocol::Ledger>(), impl().identity());
+  return conversion::energies(impl().session.requests.get<protocol::Ledger>(), impl().identity());
 }
 
 MotorCurrent Knob::motor_current() {
-  const auto sums = impl().session.get<protocol::MotorCurrent>();
+  const auto sums = impl().session.requests.get<protocol::MotorCurrent>();
   auto current = impl().read<MotorCurrent>(sums);
   const double step_a = static_cast<double>(sums.a_per_step);
   const double zero = static_cast<double>(sums.zero);
@@ -185,14 +188,15 @@ MotorCurrent Knob::motor_current() {
 
 Limits Knob::limits() {
   const protocol::Identity device = impl().identity();
-  const auto actuator = impl().session.get<protocol::ActuatorConfig>();
-  const auto control = impl().session.get<protocol::ControlConfig>();
-  return limits_of(actuator, control, impl().session.get<protocol::BoardConfig>(),
-                   impl().session.get<protocol::CalibrationConfig>(), moves_parts(device.board));
+  const auto actuator = impl().session.requests.get<protocol::ActuatorConfig>();
+  const auto control = impl().session.requests.get<protocol::ControlConfig>();
+  return limits_of(actuator, control, impl().session.requests.get<protocol::BoardConfig>(),
+                   impl().session.requests.get<protocol::CalibrationConfig>(),
+                   moves_parts(device.board));
 }
 
 GameStatus Knob::game_status() {
-  const auto monitor = impl().session.get<protocol::GameMonitor>();
+  const auto monitor = impl().session.requests.get<protocol::GameMonitor>();
   auto status = impl().read<GameStatus>(monitor);
   status.time_s = conversion::time_s(monitor.tick, impl().identity());
   return status;
@@ -203,7 +207,7 @@ std::vector<GameEffect> Knob::game_effects() {
   // Each report shows the next few, so this many show all, unless a game makes some meanwhile.
   int reports = 1;
   for (int n = 0; n < reports; ++n) {
-    const auto monitor = impl().session.get<protocol::GameMonitor>();
+    const auto monitor = impl().session.requests.get<protocol::GameMonitor>();
     const int rows = static_cast<int>(monitor.effect.size());
     reports = std::max(reports, (monitor.effects + rows - 1) / rows);
     for (const protocol::GameEffect& effect : monitor.effect) {
@@ -218,20 +222,21 @@ std::vector<GameEffect> Knob::game_effects() {
 Clock Knob::clock() { return impl().clock(); }
 double Knob::position_rad() { return impl().clock().angle_rad; }
 
-void Knob::arm() { impl().session.command(protocol::Op::arm); }
-void Knob::disarm() { impl().session.command(protocol::Op::disarm); }
-void Knob::relax() { impl().session.command(protocol::Op::relax); }
-void Knob::clear_fault() { impl().session.command(protocol::Op::clear_fault); }
-void Knob::save() { impl().session.command(protocol::Op::save); }
+void Knob::arm() { impl().session.requests.command(protocol::Op::arm); }
+void Knob::disarm() { impl().session.requests.command(protocol::Op::disarm); }
+void Knob::relax() { impl().session.requests.command(protocol::Op::relax); }
+void Knob::clear_fault() { impl().session.requests.command(protocol::Op::clear_fault); }
+void Knob::save() { impl().session.requests.command(protocol::Op::save); }
 
 void Knob::stop() {
-  impl().session.command(protocol::Op::stop);
+  impl().session.requests.command(protocol::Op::stop);
   impl().forget_scene();
 }
 
 void Knob::zero() {
-  impl().session.command(protocol::Op::zero);
-  impl().session.set_position(impl().session.get<protocol::Clock>().position_counts);
+  impl().session.requests.command(protocol::Op::zero);
+  impl().session.samples.set_position(
+      impl().session.requests.get<protocol::Clock>().position_counts);
 }
 
 std::string Knob::play(const Scene& scene) { return impl().play(scene); }
@@ -239,20 +244,20 @@ std::string Knob::play(const Scene& scene) { return impl().play(scene); }
 std::string Knob::stream_local_model(const LocalModel& model) { return impl().stream(model); }
 
 void Knob::excite(const Excitation& excitation) {
-  impl().session.request(conversion::to_wire(excitation));
+  impl().session.requests.request(conversion::to_wire(excitation));
 }
 
 void Knob::load_defaults() {
-  impl().session.command(protocol::Op::load_defaults);
+  impl().session.requests.command(protocol::Op::load_defaults);
   impl().look_again();
 }
 
 std::vector<Event> Knob::events(double timeout_s) {
-  return impl().session.take_events(whole_ns("timeout_s", timeout_s));
+  return impl().session.device.take_events(whole_ns("timeout_s", timeout_s));
 }
 
 void Knob::on_event(std::function<void(const Event&)> callback) {
-  impl().session.on_event(std::move(callback));
+  impl().session.device.events.set_callback(std::move(callback));
 }
 
 double Knob::start_telemetry(std::optional<double> rate_hz, bool prompt) {
@@ -262,7 +267,7 @@ void Knob::stop_telemetry() { impl().telemetry.stop(); }
 TelemetrySample Knob::latest() { return impl().telemetry.latest(); }
 
 std::size_t Knob::read(std::span<TelemetrySample> out, double timeout_s) {
-  return impl().session.read(out, whole_ns("timeout_s", timeout_s));
+  return impl().session.samples.read(out, whole_ns("timeout_s", timeout_s));
 }
 
 std::vector<TelemetrySample> Knob::read(std::size_t max_samples, double timeout_s) {
@@ -288,7 +293,9 @@ void Knob::record(TelemetryRecord& into, double duration_s, std::optional<double
   impl().telemetry.record(into, whole_ns("duration_s", duration_s), rate_hz, must_stay_armed);
 }
 
-void Knob::sleep(double duration_s) { impl().session.sleep(whole_ns("duration_s", duration_s)); }
+void Knob::sleep(double duration_s) {
+  impl().session.link.sleep(whole_ns("duration_s", duration_s));
+}
 
 Steps Knob::every(double period_s) {
   // False for NaN.
@@ -300,16 +307,16 @@ Steps Knob::every(double period_s) {
 }
 
 Step Steps::wait() {
-  Session& session = *session_;
-  session.throw_unless_here();
+  Link& link = session_->link;
+  link.throw_unless_here();
   if (!begin_ns_) {
-    begin_ns_ = session.now_ns();
+    begin_ns_ = link.now_ns();
     due_ns_ = *begin_ns_;
   }
-  const std::int64_t overdue = std::max<std::int64_t>(session.now_ns() - due_ns_, 0) / period_ns_;
+  const std::int64_t overdue = std::max<std::int64_t>(link.now_ns() - due_ns_, 0) / period_ns_;
   next_.late_steps += static_cast<std::uint64_t>(overdue);
   due_ns_ += overdue * period_ns_;
-  session.sleep_until(due_ns_);
+  link.sleep_until(due_ns_);
   const Step step{next_.index, 1e-9 * static_cast<double>(due_ns_ - *begin_ns_), next_.late_steps};
   ++next_.index;
   due_ns_ += period_ns_;
@@ -317,7 +324,7 @@ Step Steps::wait() {
 }
 
 bool Knob::wait_for(State state, double timeout_s) {
-  return impl().session.wait_for(state, whole_ns("timeout_s", timeout_s));
+  return impl().session.device.wait_for(state, whole_ns("timeout_s", timeout_s));
 }
 
 }  // namespace torsio

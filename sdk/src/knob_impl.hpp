@@ -56,7 +56,7 @@ class Knob::Impl {
 
   std::string stream(const LocalModel& model) {
     const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
-    session.send_while_armed(report);
+    session.requests.send_while_armed(report);
     std::vector<protocol::ReportBytes> reports;
     {
       const std::lock_guard lock(swings_mutex_);
@@ -91,7 +91,7 @@ class Knob::Impl {
   }
 
   Clock clock() {
-    const auto report = session.get<protocol::Clock>();
+    const auto report = session.requests.get<protocol::Clock>();
     auto clock = read<Clock>(report);
     clock.angle_rad = conversion::angle_rad(report.position_counts, identity());
     return clock;
@@ -100,19 +100,20 @@ class Knob::Impl {
   template <class Config>
   Config config() {
     using Wire = typename WireType<Config>::type;
-    return conversion::convert_back<Config>(session.get<Wire>());
+    return conversion::convert_back<Config>(session.requests.get<Wire>());
   }
 
   template <class Config>
   void configure(const Config& config) {
     const device::WiringRule rule = wiring_rule(identity().board);
     if constexpr (std::is_same_v<Config, BoardConfig>) {
-      const auto actuator = session.get<protocol::ActuatorConfig>();
-      session.set(conversion::to_wire(config, rule, actuator.encoder_index_pin));
+      const auto actuator = session.requests.get<protocol::ActuatorConfig>();
+      session.requests.set(conversion::to_wire(config, rule, actuator.encoder_index_pin));
     } else if constexpr (std::is_same_v<Config, ActuatorConfig>) {
-      session.set(conversion::to_wire(config, rule, session.get<protocol::BoardConfig>()));
+      session.requests.set(
+          conversion::to_wire(config, rule, session.requests.get<protocol::BoardConfig>()));
     } else {
-      session.set(conversion::to_wire(config));
+      session.requests.set(conversion::to_wire(config));
     }
     // Units, signs of life and warnings of a scene depend on these.
     if constexpr (std::is_same_v<Config, ActuatorConfig> || std::is_same_v<Config, ControlConfig>) {
@@ -128,13 +129,13 @@ class Knob::Impl {
   }
 
   void note(const protocol::ControlConfig& config) {
-    session.set_watchdog(static_cast<double>(config.watchdog_s));
+    session.link.set_watchdog(static_cast<double>(config.watchdog_s));
     autonomous_ = config.autonomous == protocol::Toggle::on;
   }
 
   /// The configuration has changed: units may be others, and the scene may be gone.
   void look_again() {
-    const auto identity = session.get<protocol::Identity>();
+    const auto identity = session.requests.get<protocol::Identity>();
     bool had_other_counts = false;
     {
       const std::lock_guard lock(mutex_);
@@ -143,7 +144,7 @@ class Knob::Impl {
       conversion::read_into(info_, identity, identity);
     }
     session.set_identity(identity);
-    note(session.get<protocol::ControlConfig>());
+    note(session.requests.get<protocol::ControlConfig>());
     {
       const std::lock_guard lock(swings_mutex_);
       configs_.reset();
@@ -162,7 +163,7 @@ class Knob::Impl {
 
   void close() noexcept { session.close(!autonomous_); }
   void disarm_to_close() noexcept {
-    if (!autonomous_ && session.is_open()) session.disarm_quietly();
+    if (!autonomous_ && session.link.is_open()) session.disarm_quietly();
   }
 
  private:
@@ -179,8 +180,8 @@ class Knob::Impl {
     }
     if (!configs) {
       try {
-        configs.emplace(session.get<protocol::ActuatorConfig>(),
-                        session.get<protocol::ControlConfig>());
+        configs.emplace(session.requests.get<protocol::ActuatorConfig>(),
+                        session.requests.get<protocol::ControlConfig>());
       } catch (const Interrupted&) {
         throw;
       } catch (const Error&) {  // the scene plays; what cannot be judged is no failure of it

@@ -9,35 +9,34 @@
 
 namespace torsio {
 
-void ScenePlayer::play(const conversion::EncodedScene& scene) {
-  const std::lock_guard lock(mutex_);
+/// Takes the reports that differ from the device's. Until the commit is acknowledged nobody knows
+/// which of them the device has written down.
+std::vector<protocol::ReportBytes> ScenePlayer::take_differing(
+    const conversion::EncodedScene& scene) {
   std::vector<protocol::ReportBytes> reports;
-  std::array<bool, kPieces> piece_differs{};
-  std::array<bool, protocol::max_effects> slot_differs{};
-
   // Points before the effects that read them.
   for (std::size_t i = 0; i < scene.pieces.size(); ++i) {
-    piece_differs.at(i) = pieces_.at(i) != scene.pieces[i];
-    if (piece_differs.at(i)) reports.push_back(scene.pieces[i]);
+    if (pieces_.at(i) == scene.pieces[i]) continue;
+    pieces_.at(i).reset();
+    reports.push_back(scene.pieces[i]);
   }
   for (std::size_t i = 0; i < scene.slots.size(); ++i) {
     const conversion::EncodedScene::Slot& slot = scene.slots[i];
-    slot_differs.at(i) =
-        slots_.at(i) != slot.report ||
-        std::any_of(piece_differs.begin() + slot.first_piece,
-                    piece_differs.begin() + slot.end_piece, [](bool differs) { return differs; });
-    if (slot_differs.at(i)) reports.push_back(slot.report);
+    const bool points_stay =
+        std::all_of(pieces_.begin() + slot.first_piece, pieces_.begin() + slot.end_piece,
+                    [](const auto& piece) { return piece.has_value(); });
+    if (points_stay && slots_.at(i) == slot.report) continue;
+    slots_.at(i).reset();
+    reports.push_back(slot.report);
   }
+  return reports;
+}
 
-  // Until the commit is acknowledged nobody knows what of this the device has written down.
-  for (std::size_t i = 0; i < scene.pieces.size(); ++i) {
-    if (piece_differs.at(i)) pieces_.at(i).reset();
-  }
-  for (std::size_t i = 0; i < scene.slots.size(); ++i) {
-    if (slot_differs.at(i)) slots_.at(i).reset();
-  }
-  for (const protocol::Acknowledgement& answer : session_.exchange(reports)) {
-    session_.throw_if_refused(answer);
+void ScenePlayer::play(const conversion::EncodedScene& scene) {
+  const std::lock_guard lock(mutex_);
+  std::vector<protocol::ReportBytes> reports = take_differing(scene);
+  for (const protocol::Acknowledgement& answer : requests_.exchange(reports)) {
+    requests_.throw_if_refused(answer);
   }
 
   const auto active = static_cast<std::uint16_t>((1U << scene.slots.size()) - 1U);
@@ -45,7 +44,7 @@ void ScenePlayer::play(const conversion::EncodedScene& scene) {
   // Without an answer nobody knows which of the two plays.
   std::vector<protocol::ReportBytes> before = std::exchange(playing_, {});
   try {
-    playing_from_tick_ = session_.request(commit).tick;
+    playing_from_tick_ = requests_.request(commit).tick;
   } catch (const Refused&) {
     playing_ = std::move(before);
     forget_locked();  // the device has lost something: the next scene is written whole
@@ -79,7 +78,7 @@ std::shared_ptr<ReportTap> ScenePlayer::tap(bool with_telemetry) {
         {playing_from_tick_ - std::min(playing_from_tick_, ticks_before), true, report});
     --ticks_before;
   }
-  return session_.tap(with_telemetry, std::move(begin));
+  return link_.tap(with_telemetry, std::move(begin));
 }
 
 void ScenePlayer::forget_locked() {

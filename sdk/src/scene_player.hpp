@@ -11,19 +11,20 @@
 #include <vector>
 
 #include "conversion/scene_encoding.hpp"
+#include "link.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
-#include "session.hpp"
+#include "requests.hpp"
 
 namespace torsio {
 
 /// Remembers the device's scene and sends the differences. May be used from any thread.
 class ScenePlayer {
  public:
-  explicit ScenePlayer(Session& session) : session_(session) {}
+  ScenePlayer(Link& link, Requests& requests) : link_(link), requests_(requests) {}
 
   /// Writes what differs, waits until the device has accepted all of it, and commits.
-  /// @throws Refused, and as Session::exchange() does; what plays goes on then
+  /// @throws Refused, and as Requests::exchange() does; what plays goes on then
   void play(const conversion::EncodedScene& scene);
 
   /// The device may have lost what was written: the next play() writes everything.
@@ -39,9 +40,11 @@ class ScenePlayer {
       (protocol::curve_pool_points + protocol::curve_points_per_report - 1) /
       protocol::curve_points_per_report;
 
+  std::vector<protocol::ReportBytes> take_differing(const conversion::EncodedScene& scene);
   void forget_locked();
 
-  Session& session_;
+  Link& link_;
+  Requests& requests_;
   // Recursive: what interrupts a play() that waits, as the handler of a signal does, may stop().
   std::recursive_mutex mutex_;
   std::array<std::optional<protocol::ReportBytes>, protocol::max_effects> slots_;

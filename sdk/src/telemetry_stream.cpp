@@ -51,7 +51,7 @@ class TelemetryStream::Use {
     const std::lock_guard lock(stream_.mutex_);
     if (--stream_.recordings_ > 0 || stream_.wanted_) return;
     stream_.decimation_ = 0;
-    stream_.session_.stop_stream_quietly();
+    stream_.samples_.stop_quietly();
   }
 
  private:
@@ -80,8 +80,8 @@ unsigned TelemetryStream::ticks_per_sample(std::optional<double> rate_hz, bool p
 
 /// With the lock held.
 void TelemetryStream::begin(unsigned decimation, bool prompt) {
-  session_.set_position(session_.get<protocol::Clock>().position_counts);
-  session_.stream(static_cast<std::uint8_t>(decimation), prompt);
+  samples_.set_position(requests_.get<protocol::Clock>().position_counts);
+  samples_.stream(static_cast<std::uint8_t>(decimation), prompt);
   decimation_ = decimation;
 }
 
@@ -97,7 +97,7 @@ void TelemetryStream::stop() {
   const std::lock_guard lock(mutex_);
   wanted_ = false;
   if (recordings_ > 0) return;
-  session_.stream(0, false);
+  samples_.stream(0, false);
   decimation_ = 0;
 }
 
@@ -105,7 +105,7 @@ TelemetrySample TelemetryStream::latest() {
   if (decimation_ == 0) {
     throw Error("no telemetry runs: call start_telemetry() first");
   }
-  if (const auto sample = session_.latest(command_timeout_ns_)) return *sample;
+  if (const auto sample = samples_.latest(command_timeout_ns_)) return *sample;
   throw Timeout("no telemetry came; does another program use the device?");
 }
 
@@ -125,10 +125,10 @@ void TelemetryStream::record(TelemetryRecord& into, std::int64_t duration_ns,
   check_length(duration_ns, decimation);
   if (rate_hz) start(rate_hz, false);
   const std::size_t had = into.size();
-  Session::Listener listener(session_, into);  // before the first sample can come
+  SampleFeed::Listener listener(samples_, into);  // before the first sample can come
   const Use use(*this);
   if (must_stay_armed) throw_unless_armed();
-  const std::uint64_t first_tick = session_.get<protocol::Clock>().tick;
+  const std::uint64_t first_tick = requests_.get<protocol::Clock>().tick;
   const auto ticks =
       static_cast<std::uint64_t>(std::llround(static_cast<double>(duration_ns) / period_ns_));
   const std::int64_t report_ns =
@@ -144,9 +144,9 @@ void TelemetryStream::record(TelemetryRecord& into, std::int64_t duration_ns,
 }
 
 void TelemetryStream::throw_unless_armed() const {
-  const auto health = session_.get<protocol::Health>();
+  const auto health = requests_.get<protocol::Health>();
   if (health.state == protocol::State::armed) return;
-  std::optional<Disarm> disarm = session_.last_disarm();
+  std::optional<Disarm> disarm = device_.last_disarm();
   // Its event may still be on the way.
   if (health.faults != 0) disarm = Disarm{DisarmReason::fault, fault_names(health.faults)};
   throw Disarmed("the recording was to stay armed, but the knob is not armed" +

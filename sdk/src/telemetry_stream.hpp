@@ -7,7 +7,7 @@
 #include <mutex>
 #include <optional>
 
-#include "session.hpp"
+#include "sample_feed.hpp"
 #include "torsio/knob.hpp"
 
 namespace torsio {
@@ -15,8 +15,12 @@ namespace torsio {
 /// May be used from any thread.
 class TelemetryStream {
  public:
-  TelemetryStream(Session& session, std::int64_t command_timeout_ns)
-      : session_(session), command_timeout_ns_(command_timeout_ns) {}
+  TelemetryStream(DeviceState& device, Requests& requests, SampleFeed& samples,
+                  std::int64_t command_timeout_ns)
+      : device_(device),
+        requests_(requests),
+        samples_(samples),
+        command_timeout_ns_(command_timeout_ns) {}
 
   void set_control_period(std::uint32_t period_ns) { period_ns_ = period_ns; }
 
@@ -35,7 +39,9 @@ class TelemetryStream {
   void throw_unless_armed() const;
   void check_length(std::int64_t duration_ns, unsigned decimation) const;
 
-  Session& session_;
+  DeviceState& device_;
+  Requests& requests_;
+  SampleFeed& samples_;
   const std::int64_t command_timeout_ns_;
   std::atomic<std::uint32_t> period_ns_{1'000'000};
 

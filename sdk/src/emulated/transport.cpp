@@ -9,7 +9,7 @@
 #include "emulated/handle.hpp"
 #include "emulated/shared_device.hpp"
 #include "emulated_transport.hpp"
-#include "session.hpp"
+#include "link.hpp"
 
 namespace torsio {
 namespace {
@@ -64,7 +64,7 @@ class EmulatedTransport final : public Transport {
 
   std::int64_t now_ns() const override {
     if (device_->paced()) return Transport::now_ns();
-    return device_->with_device([](emulator::EmulatedDevice& device) { return device.time_ns(); });
+    return device_->call(&emulator::EmulatedDevice::time_ns);
   }
 
   void advance_to(std::int64_t time_ns) override {
@@ -106,8 +106,8 @@ Connection open_emulated(const std::string& name, const EmulatorOptions& options
   auto device = std::make_shared<SharedDevice>(name, options);
   Connection connection;
   connection.transport = std::make_unique<EmulatedTransport>(device);
-  connection.make_emulator = [device](Session& session) {
-    return make_handle(device, [&session](std::int64_t ns) { session.sleep(ns); });
+  connection.make_emulator = [device](Link& link) {
+    return make_handle(device, [&link](std::int64_t ns) { link.sleep(ns); });
   };
   return connection;
 }

@@ -18,7 +18,7 @@
 #include "conversion/field_check.hpp"
 #include "emulated_transport.hpp"
 #include "hid_transport.hpp"
-#include "session.hpp"
+#include "link.hpp"
 #include "torsio/error.hpp"
 #include "virtual_knob.hpp"
 
@@ -122,12 +122,12 @@ class AttachedKnob {
 
 class AttachedEmulator final : public Emulator {
  public:
-  AttachedEmulator(std::shared_ptr<AttachedKnob> attached, Session& session)
-      : attached_(std::move(attached)), session_(session) {}
+  AttachedEmulator(std::shared_ptr<AttachedKnob> attached, Link& link)
+      : attached_(std::move(attached)), link_(link) {}
 
   void set_hand(const Hand& hand) override { set_hand_of(attached_->knob(), hand); }
 
-  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
+  void advance(double duration_s) override { link_.sleep(whole_ns("duration_s", duration_s)); }
 
   void unplug(double after_s) override {
     if (after_s > 0.0) only_in_process("unplug at a later moment");
@@ -158,7 +158,7 @@ class AttachedEmulator final : public Emulator {
 
  private:
   std::shared_ptr<AttachedKnob> attached_;
-  Session& session_;
+  Link& link_;
 };
 
 }  // namespace
@@ -175,8 +175,8 @@ Connection open_emulated(const std::string& name, const EmulatorOptions& options
   if (options.control) set(protocol::encode(conversion::to_wire(*options.control)));
   Connection connection;
   connection.transport = std::move(transport);
-  connection.make_emulator = [attached](Session& session) {
-    return std::make_unique<AttachedEmulator>(attached, session);
+  connection.make_emulator = [attached](Link& link) {
+    return std::make_unique<AttachedEmulator>(attached, link);
   };
   return connection;
 }

@@ -1,0 +1,295 @@
+#include "link.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "protocol/reports.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio {
+namespace {
+
+using std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+// The user is promised to be asked every 20 ms.
+constexpr auto kAskUserEvery = 10ms;
+// How long a waiting thread in virtual time stands aside for others when it asks.
+constexpr auto kStandAside = 20us;
+
+}  // namespace
+
+void throw_late(const std::string& what, std::int64_t timeout_ns) {
+  throw Timeout(what + " within " + std::to_string(timeout_ns / 1'000'000) +
+                " ms; unplug it and plug it in again if that goes on");
+}
+
+Link::Link(std::unique_ptr<Transport> transport, std::function<bool()> interrupted,
+           Receiver& receiver)
+    : transport_(std::move(transport)), interrupted_(std::move(interrupted)), receiver_(receiver) {}
+
+void Link::start() {
+  if (!time_is_virtual()) reader_ = std::thread([this] { read_loop(); });
+}
+
+void Link::stop() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  news_.notify_all();
+  if (reader_.joinable()) reader_.join();
+}
+
+void Link::let_go() noexcept {
+  transport_->close();
+  const std::lock_guard lock(mutex_);
+  let_go_ = true;
+  news_.notify_all();
+}
+
+void Link::wait_until_let_go() noexcept {
+  std::unique_lock lock(mutex_);
+  news_.wait(lock, [&] { return let_go_; });
+}
+
+void Link::throw_unless_here() const {
+  if (is_here()) return;
+  throw Closed("the knob belongs to the process that this one was forked from; open it here");
+}
+
+void Link::throw_if_gone() const {
+  if (stopped_) throw Closed("the knob was closed; open it again");
+  if (!lost_.empty()) throw Disconnected(lost_);
+}
+
+// Time -------------------------------------------------------------------------------------------
+
+bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns) {
+  std::unique_lock lock(mutex_);
+  const std::int64_t begin_ns = now_ns();
+  const std::int64_t deadline_ns =
+      timeout_ns < INT64_MAX - begin_ns ? begin_ns + timeout_ns : INT64_MAX;
+  auto ask_at = steady_clock::now() + kAskUserEvery;
+  while (true) {
+    // Arrived reports count even if the device is gone now.
+    if (done()) return true;
+    throw_if_gone();
+    // To ask a virtual clock takes a lock, so it is asked once a frame.
+    const std::int64_t now_ns = transport_->now_ns();
+    if (now_ns >= deadline_ns) return false;
+
+    if (steady_clock::now() >= ask_at) {
+      lock.unlock();
+      if (interrupted_ && unasked_ == 0 && interrupted_()) {
+        throw Interrupted("interrupted by the program that uses the knob");
+      }
+      if (time_is_virtual()) std::this_thread::sleep_for(kStandAside);
+      ask_at = steady_clock::now() + kAskUserEvery;
+      lock.lock();
+    } else if (time_is_virtual()) {
+      pass_frame(now_ns, deadline_ns);
+      lock.unlock();
+      receiver_.tell();
+      lock.lock();
+    } else {
+      const auto left = std::chrono::nanoseconds(deadline_ns - now_ns);
+      news_.wait_until(lock, std::min<steady_clock::time_point>(
+                                 ask_at, steady_clock::now() + std::min<std::chrono::nanoseconds>(
+                                                                   left, kAskUserEvery)));
+    }
+  }
+}
+
+void Link::sleep(std::int64_t duration_ns) {
+  wait_until([] { return false; }, duration_ns);
+}
+
+void Link::sleep_until(std::int64_t time_ns) {
+  sleep(std::max<std::int64_t>(time_ns - now_ns(), 0));
+}
+
+/// Virtual time: passes from now to the next frame of the cable, but not beyond `limit_ns`. Input
+/// is read and signs of life are sent at frames only. Frames lie at absolute times, so it does not
+/// matter how calls cut the time.
+void Link::pass_frame(std::int64_t now_ns, std::int64_t limit_ns) {
+  const std::int64_t frame = now_ns / kFrameNs + 1;
+  if (frame * kFrameNs > limit_ns) {
+    transport_->advance_to(limit_ns);
+    return;
+  }
+  transport_->advance_to(frame * kFrameNs);
+  take_in_virtual();
+  const std::int64_t keep_alive_frames = std::max<std::int64_t>(keep_alive_ns_ / kFrameNs, 1);
+  if (receiver_.is_armed() && frame % keep_alive_frames == 0 && send_keep_alive()) {
+    log(true, keep_alive_report());
+  }
+}
+
+void Link::take_in_virtual() {
+  try {
+    protocol::ReportBytes report;
+    while (transport_->read(report, 0ns)) take(report);
+  } catch (const Interrupted&) {
+    throw;  // it is the program that ends here, not the device
+  } catch (const std::exception& error) {
+    lose(error.what());
+  }
+}
+
+void Link::look() {
+  if (stopped_) throw_if_gone();
+  if (time_is_virtual() && lost_.empty()) take_in_virtual();
+}
+
+// In ---------------------------------------------------------------------------------------------
+
+void Link::read_loop() {
+  auto keep_alive_at = steady_clock::now();
+  while (!stopped_) {
+    bool armed = false;
+    try {
+      protocol::ReportBytes report;
+      const std::chrono::nanoseconds period(keep_alive_ns_);
+      const bool got = transport_->read(report, std::min<std::chrono::nanoseconds>(period, 20ms));
+      {
+        const std::lock_guard lock(mutex_);
+        if (got) take(report);
+        armed = receiver_.is_armed();
+      }
+      // Without the lock, which those who are woken want at once.
+      if (got) news_.notify_all();
+    } catch (const std::exception& error) {
+      const std::lock_guard lock(mutex_);
+      lose(error.what());
+      return;
+    }
+    const auto now = steady_clock::now();
+    if (armed && now >= keep_alive_at && send_keep_alive()) {
+      keep_alive_at = now + std::chrono::nanoseconds(keep_alive_ns_);
+      const std::lock_guard lock(mutex_);
+      log(true, keep_alive_report());
+    }
+  }
+}
+
+void Link::take(const protocol::ReportBytes& report) {
+  log(false, report);
+  if (!receiver_.take(report)) ++statistics_.reports_undecodable;
+}
+
+void Link::lose(const std::string& why) {
+  if (lost_.empty()) {
+    lost_ = why;
+    receiver_.lose();
+  }
+  news_.notify_all();
+}
+
+// Out --------------------------------------------------------------------------------------------
+
+/// Has the transport do something. A thread that finds the device gone tells all.
+template <class Act>
+void Link::on_transport(Act&& act) {
+  {
+    const std::lock_guard lock(mutex_);
+    throw_if_gone();
+  }
+  try {
+    act();
+  } catch (const Disconnected& error) {
+    const std::lock_guard lock(mutex_);
+    lose(error.what());
+    throw;
+  }
+}
+
+void Link::write(const protocol::ReportBytes& report, std::int64_t timeout_ns) {
+  on_transport([&] {
+    const std::int64_t begin_ns = now_ns();
+    // A full queue empties by one report a frame.
+    while (!transport_->write(report)) {
+      if (now_ns() - begin_ns >= timeout_ns) {
+        throw_late("the way to the device had no room", timeout_ns);
+      }
+      sleep(kFrameNs);
+    }
+    const std::lock_guard lock(mutex_);
+    log(true, report);
+  });
+}
+
+bool Link::set_feature(const protocol::ReportBytes& report) {
+  bool taken = false;
+  on_transport([&] {
+    taken = transport_->set_feature(report);
+    if (!taken) return;
+    const std::lock_guard lock(mutex_);
+    log(true, report);
+  });
+  return taken;
+}
+
+bool Link::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
+  bool given = false;
+  on_transport([&] { given = transport_->get_feature(id, report); });
+  return given;
+}
+
+protocol::ReportBytes Link::keep_alive_report() {
+  return protocol::encode(protocol::Command{0, 0, protocol::Op::keep_alive});
+}
+
+bool Link::send_keep_alive() noexcept {
+  try {
+    return transport_->write(keep_alive_report());
+  } catch (...) {
+    return false;  // the next read finds out that the device is gone
+  }
+}
+
+void Link::set_watchdog(double watchdog_s) {
+  keep_alive_ns_ = static_cast<std::int64_t>(watchdog_s * 1e9 / 3.0);
+}
+
+class Link::Tap final : public ReportTap {
+ public:
+  Tap(bool with_telemetry, std::vector<LoggedReport> begin)
+      : with_telemetry_(with_telemetry), reports_(std::move(begin)) {}
+
+  void add(const LoggedReport& report) {
+    const bool is_telemetry = report.bytes[0] == protocol::Layout<protocol::Telemetry>::id;
+    if (is_telemetry && !with_telemetry_) return;
+    const std::lock_guard lock(mutex_);
+    reports_.push_back(report);
+  }
+
+  std::vector<LoggedReport> take() override {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(reports_, {});
+  }
+
+ private:
+  const bool with_telemetry_;
+  std::mutex mutex_;
+  std::vector<LoggedReport> reports_;
+};
+
+std::shared_ptr<ReportTap> Link::tap(bool with_telemetry, std::vector<LoggedReport> begin) {
+  auto tap = std::make_shared<Tap>(with_telemetry, std::move(begin));
+  const std::lock_guard lock(mutex_);
+  taps_.push_back(tap);
+  return tap;
+}
+
+/// Counts a report, and shows it to the taps.
+void Link::log(bool sent, const protocol::ReportBytes& report) {
+  ++(sent ? statistics_.reports_sent : statistics_.reports_received);
+  std::erase_if(taps_, [](const auto& tap) { return tap.expired(); });
+  for (const auto& weak : taps_) {
+    if (const auto tap = weak.lock()) tap->add({newest_tick_, sent, report});
+  }
+}
+
+}  // namespace torsio

@@ -1,0 +1,159 @@
+/// @file
+/// The way to one device: reports out and in, signs of life, and waiting, in real and in virtual
+/// time.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "process.hpp"
+#include "protocol/codec.hpp"
+#include "torsio/telemetry.hpp"
+#include "torsio/transport.hpp"
+
+namespace torsio {
+
+// Full-speed USB carries a report each way once in so long.
+inline constexpr std::int64_t kFrameNs = 1'000'000;
+
+[[noreturn]] void throw_late(const std::string& what, std::int64_t timeout_ns);
+
+/// Where time is real one reader thread takes in what the device sends. Where it is virtual the
+/// thread that waits does, frame by frame, so that the same calls always give the same result.
+///
+/// Its one lock guards all that both sides touch, also what the session's other parts know. It is
+/// held neither while the transport writes nor while the user's code is called. Every member may be
+/// called from any thread.
+class Link {
+ public:
+  /// Gets what comes.
+  class Receiver {
+   public:
+    Receiver() = default;
+    Receiver(const Receiver&) = delete;
+    Receiver& operator=(const Receiver&) = delete;
+    virtual ~Receiver() = default;
+
+    // With the lock held:
+    /// @returns false if the report makes no sense
+    virtual bool take(const protocol::ReportBytes& report) = 0;
+    /// The device is gone.
+    virtual void lose() = 0;
+    /// True while the device waits for signs of life.
+    [[nodiscard]] virtual bool is_armed() const = 0;
+    // Without it:
+    /// A frame of virtual time has passed.
+    virtual void tell() = 0;
+  };
+
+  /// While it lives nobody asks the user: what ends a call must not be ended itself.
+  class Unasked {
+   public:
+    explicit Unasked(Link& link) : link_(link) { ++link_.unasked_; }
+    Unasked(const Unasked&) = delete;
+    Unasked& operator=(const Unasked&) = delete;
+    ~Unasked() { --link_.unasked_; }
+
+   private:
+    Link& link_;
+  };
+
+  Link(std::unique_ptr<Transport> transport, std::function<bool()> interrupted, Receiver& receiver);
+
+  /// From here on the receiver gets what comes.
+  void start();
+  /// From here on all calls throw Closed, and the receiver gets nothing.
+  void stop() noexcept;
+  /// Lets go of the device, after stop().
+  void let_go() noexcept;
+  /// Waits until another thread has let go.
+  void wait_until_let_go() noexcept;
+
+  [[nodiscard]] bool is_open() const noexcept { return !stopped_; }
+  /// False in a child that was forked: nothing else of the session may be used or destroyed there.
+  [[nodiscard]] bool is_here() const noexcept { return process_.is_this(); }
+  void throw_unless_here() const;
+
+  // Out and in ---------------------------------------------------------------------------------
+
+  /// Sends a report. Waits for room. @throws Timeout if there is none in time, Disconnected, Closed
+  void write(const protocol::ReportBytes& report, std::int64_t timeout_ns);
+  /// Sends a report to a device that may be gone. A way that gives nothing may still take.
+  void write_blindly(const protocol::ReportBytes& report) { (void)transport_->write(report); }
+  /// @returns false if the device stalls; both throw Disconnected, Closed
+  bool set_feature(const protocol::ReportBytes& report);
+  bool get_feature(std::uint8_t id, protocol::ReportBytes& report);
+
+  /// See Knob::tap(). @param begin what it has already
+  [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry,
+                                               std::vector<LoggedReport> begin);
+  /// How often signs of life are due while armed.
+  void set_watchdog(double watchdog_s);
+
+  // Time ---------------------------------------------------------------------------------------
+
+  [[nodiscard]] bool time_is_virtual() const { return transport_->time_is_virtual(); }
+  [[nodiscard]] std::int64_t now_ns() const { return transport_->now_ns(); }
+  /// Lets time pass.
+  void sleep(std::int64_t duration_ns);
+  /// The same, up to a time of now_ns().
+  void sleep_until(std::int64_t time_ns);
+  /// Lets time pass until `done()`, which is called with the lock held.
+  /// @returns false if the time is over first
+  /// @throws Disconnected, Closed, Interrupted
+  bool wait_until(const std::function<bool()>& done, std::int64_t timeout_ns);
+
+  // For the other parts of the session ---------------------------------------------------------
+
+  [[nodiscard]] std::unique_lock<std::mutex> lock() const { return std::unique_lock(mutex_); }
+
+  // With the lock held:
+  /// Virtual time: takes in what is there, though no time passes. @throws Closed
+  void look();
+  [[nodiscard]] bool is_lost() const { return !lost_.empty(); }
+  /// Of all that the device has sent.
+  [[nodiscard]] std::uint64_t newest_tick() const { return newest_tick_; }
+  void note_tick(std::uint64_t tick) { newest_tick_ = tick; }
+  [[nodiscard]] LinkStatistics& statistics() { return statistics_; }
+
+ private:
+  class Tap;
+
+  void throw_if_gone() const;
+  template <class Act>
+  void on_transport(Act&& act);
+  void log(bool sent, const protocol::ReportBytes& report);
+  static protocol::ReportBytes keep_alive_report();
+  bool send_keep_alive() noexcept;
+  void pass_frame(std::int64_t now_ns, std::int64_t limit_ns);
+  void take_in_virtual();
+  void read_loop();
+  void take(const protocol::ReportBytes& report);
+  void lose(const std::string& why);
+
+  const MakersProcess process_;
+  const std::unique_ptr<Transport> transport_;
+  const std::function<bool()> interrupted_;
+  Receiver& receiver_;
+  std::thread reader_;
+  std::atomic<bool> stopped_{false};  // from here on nobody uses it
+  std::atomic<int> unasked_{0};       // calls that do not ask the user
+  std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
+
+  mutable std::mutex mutex_;  // guards all below, and what the other parts know
+  std::condition_variable news_;
+  bool let_go_ = false;
+  std::string lost_;  // why the device is gone; empty while it is there
+  std::uint64_t newest_tick_ = 0;
+  std::vector<std::weak_ptr<Tap>> taps_;
+  LinkStatistics statistics_;
+};
+
+}  // namespace torsio

@@ -1,0 +1,181 @@
+#include "requests.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+
+#include "protocol_names.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio {
+namespace {
+
+constexpr std::int64_t kLastWordsNs = 1'000'000'000;
+
+}  // namespace
+
+/// Acknowledgements that somebody waits for; gives up on them when it goes out of scope.
+class Requests::Expectation {
+ public:
+  explicit Expectation(Requests& requests) : requests_(requests) {}
+  Expectation(const Expectation&) = delete;
+  Expectation& operator=(const Expectation&) = delete;
+  ~Expectation() {
+    const auto lock = requests_.link_.lock();
+    std::erase_if(requests_.pending_, [&](const Pending& pending) {
+      return std::ranges::find(sequences_, pending.sequence) != sequences_.end();
+    });
+  }
+
+  void add(std::uint16_t sequence) {
+    const auto lock = requests_.link_.lock();
+    sequences_.push_back(sequence);
+    requests_.pending_.push_back({sequence, {}});
+  }
+
+  /// @returns false if not all have come in time
+  [[nodiscard]] bool wait(std::int64_t timeout_ns) const {
+    return requests_.link_.wait_until(
+        [&] {
+          return std::ranges::all_of(
+              sequences_, [&](auto sequence) { return find(sequence).answer.has_value(); });
+        },
+        timeout_ns);
+  }
+
+  [[nodiscard]] std::vector<protocol::Acknowledgement> answers() const {
+    const auto lock = requests_.link_.lock();
+    std::vector<protocol::Acknowledgement> answers;
+    for (const std::uint16_t sequence : sequences_) answers.push_back(*find(sequence).answer);
+    return answers;
+  }
+
+ private:
+  [[nodiscard]] const Pending& find(std::uint16_t sequence) const {
+    return *std::ranges::find(requests_.pending_, sequence, &Pending::sequence);
+  }
+
+  Requests& requests_;
+  std::vector<std::uint16_t> sequences_;
+};
+
+std::uint16_t Requests::stamp(protocol::ReportBytes& report) {
+  // 0 is for reports that nobody waits for.
+  std::uint16_t sequence = ++sequence_;
+  if (sequence == 0) sequence = ++sequence_;
+  // Every report that the host sends begins with its id and its sequence number.
+  report[1] = static_cast<std::uint8_t>(sequence & 0xFFU);
+  report[2] = static_cast<std::uint8_t>(sequence >> 8U);
+  return sequence;
+}
+
+std::vector<protocol::Acknowledgement> Requests::answers_to(const Expectation& expectation) {
+  if (!expectation.wait(timeout_ns_)) throw_late("the device did not answer", timeout_ns_);
+  return expectation.answers();
+}
+
+std::vector<protocol::Acknowledgement> Requests::exchange(
+    std::span<protocol::ReportBytes> reports) {
+  Expectation expectation(*this);
+  for (protocol::ReportBytes& report : reports) {
+    expectation.add(stamp(report));
+    link_.write(report, timeout_ns_);
+  }
+  return answers_to(expectation);
+}
+
+void Requests::say(protocol::ReportBytes report) {
+  Expectation expectation(*this);
+  expectation.add(stamp(report));
+  link_.write(report, kLastWordsNs);
+  (void)expectation.wait(kLastWordsNs);
+}
+
+void Requests::send_while_armed(protocol::ReportBytes report) {
+  // A lost device is no matter of arming: write() finds it.
+  if (const State known = device_.state(); known == State::disarmed || known == State::fault) {
+    protocol::Acknowledgement answer;
+    answer.report = report[0];
+    answer.status = static_cast<std::uint8_t>(protocol::Status::not_armed);
+    throw_if_refused(answer);
+  }
+  stamp(report);
+  link_.write(report, timeout_ns_);
+}
+
+void Requests::command(protocol::Op op) {
+  DeviceState::Order order(device_, op);
+  try {
+    request(protocol::Command{0, 0, op});
+  } catch (const Refused&) {
+    order.refused();
+    throw;
+  }
+  order.taken();
+}
+
+void Requests::take(const protocol::Acknowledgement& answer) {
+  if (answer.report == protocol::Layout<protocol::LocalModel>::id) {
+    LinkStatistics& statistics = link_.statistics();
+    ++statistics.local_models_refused;
+    statistics.last_refusal =
+        status_name(answer.status) + ": " + std::string(status_advice(answer.status));
+    return;
+  }
+  const auto pending = std::ranges::find(pending_, answer.sequence, &Pending::sequence);
+  if (pending != pending_.end()) pending->answer = answer;
+}
+
+void Requests::throw_if_refused(const protocol::Acknowledgement& answer) {
+  if (answer.status == 0) return;
+  const std::string status = status_name(answer.status);
+  const std::string report = report_name(answer.report);
+  const std::string field = report_field_name(answer.report, answer.field);
+  std::string message = "the device refused the " + report + " report (" + status;
+  if (!field.empty()) message += ", field " + field;
+  message += "): " + std::string(status_advice(answer.status));
+  std::string reason;
+  if (answer.status == static_cast<std::uint8_t>(protocol::Status::not_armed)) {
+    if (const std::optional<Disarm> disarm = device_.last_disarm()) {
+      reason = disarm_reason_name(disarm->reason);
+      message += "; " + disarm_text(*disarm);
+    }
+  }
+  throw Refused(message, status, report, field, reason);
+}
+
+// Feature reports --------------------------------------------------------------------------------
+
+protocol::ReportBytes Requests::get_feature(std::uint8_t id) {
+  protocol::ReportBytes report{};
+  if (link_.get_feature(id, report)) return report;
+  throw Error("the device does not give its " + report_name(id) + " report");
+}
+
+void Requests::check_feature(protocol::Verdict verdict, std::uint8_t id) {
+  if (verdict.ok()) return;
+  throw Error("the device's " + report_name(id) + " report is damaged (" +
+              status_name(static_cast<std::uint8_t>(verdict.status)) + "); try again");
+}
+
+void Requests::set_feature(protocol::ReportBytes report) {
+  Expectation expectation(*this);
+  expectation.add(stamp(report));
+  if (!link_.set_feature(report)) throw_stalled(report[0]);
+  throw_if_refused(answers_to(expectation).front());
+}
+
+/// A stalled request carries no reason; the device's state tells the likely one.
+void Requests::throw_stalled(std::uint8_t id) {
+  const auto health = get<protocol::Health>();
+  device_.note(health);
+  protocol::Acknowledgement answer;
+  answer.report = id;
+  answer.status = static_cast<std::uint8_t>(health.state == protocol::State::armed
+                                                ? protocol::Status::not_disarmed
+                                                : protocol::Status::busy);
+  throw_if_refused(answer);
+  std::abort();  // not reached: neither status is ok
+}
+
+}  // namespace torsio
