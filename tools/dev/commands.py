@@ -119,7 +119,8 @@ def _run_tests(plan: groups.Plan) -> NoReturn:
     os.environ.update(plan.variables)
     os.environ[groups.BOARDS_VARIABLE] = " ".join(plan.boards)
     os.environ[groups.TURN_VARIABLE] = str(plan.turn)
-    os.environ[groups.RUN_VARIABLE] = json.dumps(plan.run)
+    # The tools that the build has installed count.
+    os.environ[groups.RUN_VARIABLE] = json.dumps(groups.with_tools(plan.run))
     become(
         *without_aslr(
             PYTHON, "-m", "pytest", "-n", str(WORKERS), "--dist", "worksteal", *plan.arguments

@@ -14,7 +14,6 @@ import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -58,7 +57,6 @@ _MAKING_PAGES = (
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
 
-@cache
 def _tools() -> str:
     """Return the versions of what an upgrade of the system changes."""
     found = [sys.version]
@@ -68,6 +66,15 @@ def _tools() -> str:
                 subprocess.run([program, "--version"], capture_output=True).stdout.decode()
             )
     return "\n".join(found)
+
+
+def with_tools(digests: Mapping[str, str]) -> dict[str, str]:
+    """Return digests that an upgrade of the system's tools changes too."""
+    tools = _tools()
+    return {
+        name: hashlib.sha256((digest + tools).encode()).hexdigest()
+        for name, digest in digests.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -103,8 +110,8 @@ class Group:
         return (*self.covers, *self.tests)
 
     def digest(self) -> str:
-        """Return a checksum of all that the group covers, and of the tools for it."""
-        return hashlib.sha256((building.digest(self.all) + _tools()).encode()).hexdigest()
+        """Return a checksum of all that the group covers."""
+        return building.digest(self.all)
 
     def has(self, test: str) -> bool:
         """Tell whether a test is in it, given as a path or as pytest's node id."""
@@ -118,7 +125,7 @@ _TESTS_USED = (
     *("tests/studies", "tests/recordings.py", "tests/pages.py"),
 )
 _COVERED_BY_CPP = (
-    *(*_LIBRARIES, "firmware", "bindings", "studies", "studio", "examples", "tools"),
+    *(*_LIBRARIES, "firmware", "studies/CMakeLists.txt", "studies/src", "examples", "tools"),
     *("tests/cpp", "tests/fuzz", "tests/mutation", "tests/determinism", "tests/endurance"),
     *("tests/golden", "tests/bench", "tests/vm", "docs/explanation/architecture.md"),
 )
@@ -152,7 +159,7 @@ GROUPS = {
         (
             *("tests/test_checks.py", "tests/test_dev.py", "tests/test_project.py"),
             *("tests/test_firmware_tools.py", "tests/test_stack_bound.py"),
-            "tests/test_windows_plugin.py",
+            *("tests/test_windows_plugin.py", "tests/test_mutation.py"),
         ),
         ("release", "python", "studies"),
         _CODE,
@@ -169,7 +176,7 @@ GROUPS = {
     "cpp": Group(
         "C++ with address and undefined-behaviour sanitizers; fuzzing, mutants, lives",
         (
-            *("tests/test_cpp.py", "tests/test_fuzz.py", "tests/test_mutation.py"),
+            *("tests/test_cpp.py", "tests/test_fuzz.py", "tests/test_mutants.py"),
             *("tests/test_determinism.py", "tests/test_endurance.py"),
         ),
         ("release", "asan-ubsan", "python"),
@@ -243,7 +250,7 @@ GROUPS = {
             "tools",
             "tests/c",
             "tests/bench",
-            "tests/vm/guest",
+            *("tests/vm/guest", "tests/pages.py"),
         ),
     ),
     "threads": Group(
@@ -345,23 +352,21 @@ class Plan:
     left_out
         Names of groups that have not changed since they passed.
     run
-        Digest of each group that runs whole; see `remember`.
+        Digest of each group that runs whole.
+    turn
+        Chooses the board and the kernel of a change.
     """
 
     groups: tuple[str, ...]
     arguments: tuple[str, ...]
     left_out: tuple[str, ...] = ()
     run: Mapping[str, str] = field(default_factory=dict)
+    turn: int = field(default_factory=lambda: int(GROUPS["board"].digest()[:8], 16))
 
     @property
     def needs(self) -> set[str]:
         """Steps of the build."""
         return {need for name in self.groups for need in GROUPS[name].needs}
-
-    @property
-    def turn(self) -> int:
-        """Return what chooses the board and the kernel of a change."""
-        return int(GROUPS["board"].digest()[:8], 16)
 
     @property
     def boards(self) -> tuple[str, ...]:
@@ -425,7 +430,10 @@ def _stamp(name: str) -> Path:
 
 
 def remember(run: Mapping[str, str], failed: Iterable[str]) -> None:
-    """Note the digests of groups that ran whole and passed. `failed` has node ids."""
+    """Note the digests, tools included, of groups that ran whole and passed.
+
+    `failed` has node ids.
+    """
     failed = list(failed)
     for name, digest in run.items():
         if not any(GROUPS[name].has(test) for test in failed):
@@ -477,13 +485,15 @@ def plan(words: Sequence[str]) -> Plan:
     paths = _paths(rest)
     if paths:
         found = [name for path in paths for name in _of_path(path)]
-        return Plan(tuple(dict.fromkeys([*names, *found])), tuple(rest))
+        return Plan(tuple(dict.fromkeys([*names, *found])), (*_tests(names), *rest))
     whole = all(word.startswith(_HARMLESS) for word in rest)
     if not names and any(word.startswith(("-k", "-m")) for word in rest):
         return Plan(QUICK, (*_tests(QUICK), *rest))
     digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
     left_out = [
-        name for name, digest in digests.items() if not names and stamp_is(_stamp(name), digest)
+        name
+        for name, digest in with_tools(digests).items()
+        if not names and stamp_is(_stamp(name), digest)
     ]
     chosen = [name for name in digests if name not in left_out]
     run = {name: digests[name] for name in chosen} if whole else {}
