@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
-
 import torsio
 from tests.board import pico
 from tests.board.live import BinaryTransport
 from tests.board.pico import EmulatedPico, enumerated
-from tests.board.world import PERIOD_NS, World
+from tests.board.world import World
 from torsio.printed.plant import PlantParams
 from torsio_hardware.faults import Fault
 from torsio_hardware.knob import Knob
@@ -31,20 +29,13 @@ class ChipWorld(World):
         self._motor_sign = -1 if self._electrics.motor_reversed else 1
         self._encoder_sign = -1 if swapped_encoder else 1
         self._frozen = False
-        self._jitter = 0
 
     def pass_period(
         self, motor_share: float, brake_share: float, enabled: bool
     ) -> tuple[float, list[float]]:
         sign = self._motor_sign
         amperes, edges = super().pass_period(sign * motor_share, brake_share, enabled)
-        if self._frozen:
-            edges = []
-        elif self.params.encoder_noise_counts:
-            jitter = round(self.params.encoder_noise_counts * self._random.normal())
-            more, self._jitter = jitter - self._jitter, jitter
-            edges = [*edges, *np.sign(more) * np.linspace(1.0, PERIOD_NS - 1.0, abs(more))]
-        return sign * amperes, [self._encoder_sign * float(at) for at in sorted(edges, key=abs)]
+        return sign * amperes, [] if self._frozen else [self._encoder_sign * at for at in edges]
 
     def set_hand(self, hand: torsio.Hand) -> None:
         # Its times are the world's; a rehearsal's times begin now.
