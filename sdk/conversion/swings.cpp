@@ -63,7 +63,7 @@ double friction_nm_per_rad(const core::Parts& parts, double swing_rad) {
   return kTrusted * 8.0 / kTwoPi * double{parts.knob_coulomb_nm} / swing_rad;
 }
 
-/// From one tone to the next, the last of which is half the control's rate.
+/// From one tone to the next; the last is half the control's rate.
 double tone_step(const core::Parts& parts) {
   const double fastest_rad_s = 0.5 * kTwoPi / double{parts.period_s};
   return std::pow(fastest_rad_s / kSlowestRadS, 1.0 / (kTones - 1));
