@@ -159,40 +159,47 @@ bool set_report(const tusb_control_request_t& request, Interface& interface) {
   return !interface.holding && interface.function->receive(report);
 }
 
-/// @returns false to stall
+/// USB 2.0, 9.4. Like the next two it returns false to stall.
+bool standard_request(std::uint8_t port, const tusb_control_request_t& request,
+                      std::uint8_t number) {
+  const bool in = request.bmRequestType_bit.direction == TUSB_DIR_IN;
+  if (request.bRequest == kGetStatus) return in && get_status(port, request);
+  return in && request.bRequest == kGetDescriptor && get_descriptor(port, request, number);
+}
+
+/// HID 1.11, 7.2, before its data.
+bool class_request(std::uint8_t port, const tusb_control_request_t& request, Interface& interface) {
+  const bool in = request.bmRequestType_bit.direction == TUSB_DIR_IN;
+  switch (request.bRequest) {
+    case kGetReport:
+      return in && get_report(port, request, interface);
+    case kSetReport:
+      return !in && announce_report(port, request, interface);
+    case kGetIdle:
+      control[0] = 0;
+      return in && tud_control_xfer(port, &request, control.data(), 1);
+    case kSetIdle:
+      // Reports go when there is something new: a rate of 0 means that.
+      return !in && high_byte(request.wValue) == 0 && tud_control_status(port, &request);
+    default:
+      return false;
+  }
+}
+
 bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_request_t* request) {
   const std::uint8_t number = low_byte(request->wIndex);
+  const std::uint8_t type = request->bmRequestType_bit.type;
   if (request->bmRequestType_bit.recipient != TUSB_REQ_RCPT_INTERFACE ||
       number >= interfaces.size()) {
     return false;
   }
-  Interface& interface = interfaces[number];
-  const bool in = request->bmRequestType_bit.direction == TUSB_DIR_IN;
-
-  if (request->bmRequestType_bit.type == TUSB_REQ_TYPE_STANDARD) {
-    if (stage != CONTROL_STAGE_SETUP) return true;
-    if (request->bRequest == kGetStatus) return in && get_status(port, *request);
-    return in && request->bRequest == kGetDescriptor && get_descriptor(port, *request, number);
+  if (type == TUSB_REQ_TYPE_STANDARD) {
+    return stage != CONTROL_STAGE_SETUP || standard_request(port, *request, number);
   }
-  if (request->bmRequestType_bit.type != TUSB_REQ_TYPE_CLASS) return false;
-  if (stage == CONTROL_STAGE_ACK) return true;
-  if (stage == CONTROL_STAGE_DATA) {
-    return request->bRequest != kSetReport || set_report(*request, interface);
-  }
-  switch (request->bRequest) {
-    case kGetReport:
-      return in && get_report(port, *request, interface);
-    case kSetReport:
-      return !in && announce_report(port, *request, interface);
-    case kGetIdle:
-      control[0] = 0;
-      return in && tud_control_xfer(port, request, control.data(), 1);
-    case kSetIdle:
-      // Reports go when there is something new: a rate of 0 means that.
-      return !in && high_byte(request->wValue) == 0 && tud_control_status(port, request);
-    default:
-      return false;
-  }
+  if (type != TUSB_REQ_TYPE_CLASS) return false;
+  if (stage == CONTROL_STAGE_SETUP) return class_request(port, *request, interfaces[number]);
+  const bool has_report = stage == CONTROL_STAGE_DATA && request->bRequest == kSetReport;
+  return !has_report || set_report(*request, interfaces[number]);
 }
 
 bool transfer_done(std::uint8_t, std::uint8_t endpoint, xfer_result_t result, std::uint32_t size) {

@@ -55,7 +55,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
     std::uint8_t field;
   };
   const std::array uses{
-      Use{index_pin, index_pin != 0 ? std::uint8_t{1} : std::uint8_t{0}, protocol::kNoField},
+      Use{index_pin, std::uint8_t{index_pin != 0}, protocol::kNoField},
       Use{config.encoder_pin, 2, field_index<BoardConfig>("encoder_pin")},
       Use{config.motor_pin, 2, motor},
       Use{config.brake_pin, 2, brake},
@@ -63,7 +63,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
       Use{config.emergency_stop_pin, 1, field_index<BoardConfig>("emergency_stop_pin")},
       Use{config.driver_fault_pin, 1, field_index<BoardConfig>("driver_fault_pin")},
       Use{config.current_sense_pin, 1, field_index<BoardConfig>("current_sense_pin")},
-      Use{config.supply_sense_pin, watches_supply ? std::uint8_t{1} : std::uint8_t{0}, supply},
+      Use{config.supply_sense_pin, std::uint8_t{watches_supply}, supply},
       Use{config.light_pin, 1, field_index<BoardConfig>("light_pin")},
   };
   for (const Use& use : uses) {
