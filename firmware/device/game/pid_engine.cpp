@@ -1,6 +1,9 @@
 #include "device/game/pid_engine.hpp"
 
+#include <type_traits>
+
 #include "device/game/codec.hpp"
+#include "protocol/registry.hpp"
 
 namespace torsio::device::game {
 namespace {
@@ -12,6 +15,25 @@ constexpr std::uint32_t kLinuxBegins = 0x04'04'03'01;
 constexpr ForceOrder::Play without_start(ForceOrder::Play play) {
   const bool starts = play == ForceOrder::Play::start || play == ForceOrder::Play::go_on;
   return starts ? ForceOrder::Play::as_it_is : play;
+}
+
+// Where a block keeps what a report says of it; nullptr if it is of another kind.
+SetEffect* place_of(Block& block, const SetEffect&) { return &block.effect; }
+SetEnvelope* place_of(Block& block, const SetEnvelope&) {
+  return is_timed(block.type) ? &block.envelope : nullptr;
+}
+SetCondition* place_of(Block& block, const SetCondition& set) {
+  // There is one axis; a report about a second one is for another device.
+  return !is_timed(block.type) && set.parameter_block == 0 ? &block.condition : nullptr;
+}
+SetPeriodic* place_of(Block& block, const SetPeriodic&) {
+  return is_periodic(block.type) ? &block.periodic : nullptr;
+}
+SetConstant* place_of(Block& block, const SetConstant&) {
+  return block.type == EffectType::constant ? &block.constant : nullptr;
+}
+SetRamp* place_of(Block& block, const SetRamp&) {
+  return block.type == EffectType::ramp ? &block.ramp : nullptr;
 }
 
 }  // namespace
@@ -50,14 +72,14 @@ Block* PidEngine::find(std::uint8_t index) {
   return &blocks_[index - 1];
 }
 
-/// Hands a report about a block to that block, if it is one of this kind.
-template <class Report, class Fits, class Take>
-void PidEngine::take(std::span<const std::uint8_t> bytes, Fits fits, Take apply) {
-  Report report;
-  if (!decode(bytes, report)) return;
+/// A report about a block, if that is one of its kind.
+template <class Report>
+void PidEngine::take(const Report& report) {
   Block* block = find(report.block);
-  if (block == nullptr || !fits(*block, report)) return;
-  apply(*block) = report;
+  Report* place = block == nullptr ? nullptr : place_of(*block, report);
+  if (place == nullptr) return;
+  *place = report;
+  if constexpr (std::is_same_v<Report, SetEnvelope>) block->has_envelope = true;
   touch(*block);
   count(*block);
   if (block->play == ForceOrder::Play::as_it_is || block->play == ForceOrder::Play::set_aside) {
@@ -70,70 +92,11 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
   heard_ = true;
   ++updates_;
   if (report[0] != PidLayout<DeviceControl>::id) controls_ = 0;
-  const auto of_type = [](EffectType type) {
-    return [type](const Block& block, const auto&) { return block.type == type; };
-  };
-  switch (report[0]) {
-    case PidLayout<SetEffect>::id:
-      take<SetEffect>(
-          report, [](const Block&, const SetEffect&) { return true; },
-          [](Block& block) -> SetEffect& { return block.effect; });
-      break;
-    case PidLayout<SetEnvelope>::id:
-      take<SetEnvelope>(
-          report, [](const Block& block, const SetEnvelope&) { return is_timed(block.type); },
-          [](Block& block) -> SetEnvelope& {
-            block.has_envelope = true;
-            return block.envelope;
-          });
-      break;
-    case PidLayout<SetCondition>::id:
-      // There is one axis; a report about a second one is for another device.
-      take<SetCondition>(
-          report,
-          [](const Block& block, const SetCondition& set) {
-            return !is_timed(block.type) && set.parameter_block == 0;
-          },
-          [](Block& block) -> SetCondition& { return block.condition; });
-      break;
-    case PidLayout<SetPeriodic>::id:
-      take<SetPeriodic>(
-          report, [](const Block& block, const SetPeriodic&) { return is_periodic(block.type); },
-          [](Block& block) -> SetPeriodic& { return block.periodic; });
-      break;
-    case PidLayout<SetConstant>::id:
-      take<SetConstant>(report, of_type(EffectType::constant),
-                        [](Block& block) -> SetConstant& { return block.constant; });
-      break;
-    case PidLayout<SetRamp>::id:
-      take<SetRamp>(report, of_type(EffectType::ramp),
-                    [](Block& block) -> SetRamp& { return block.ramp; });
-      break;
-    case PidLayout<EffectOperation>::id: {
-      EffectOperation operation;
-      if (decode(report, operation)) operate(operation);
-      break;
+  protocol::for_each_report<PidReports>([&]<class Report>(std::type_identity<Report>) {
+    if constexpr (PidLayout<Report>::main == Main::output) {
+      if (Report content; decode(report, content)) take(content);
     }
-    case PidLayout<BlockFree>::id: {
-      BlockFree free;
-      if (decode(report, free)) free_block(free.block);
-      break;
-    }
-    case PidLayout<DeviceControl>::id: {
-      DeviceControl device;
-      if (decode(report, device)) control(static_cast<Control>(device.control));
-      break;
-    }
-    case PidLayout<DeviceGain>::id: {
-      DeviceGain gain;
-      if (!decode(report, gain)) break;
-      gain_ = level(gain.gain);
-      settings_dirty_ = true;
-      break;
-    }
-    default:
-      break;
-  }
+  });
   send_orders();
 }
 
@@ -171,7 +134,7 @@ void PidEngine::create(EffectType type) {
   bool freed = false;
   for (std::uint8_t i = 0; i < kBlocks; ++i) {
     if (!blocks_[i].abandoned) continue;
-    free_block(static_cast<std::uint8_t>(i + 1));
+    take(BlockFree{static_cast<std::uint8_t>(i + 1)});
     blocks_[i].abandoned = false;
     freed = true;
   }
@@ -179,8 +142,8 @@ void PidEngine::create(EffectType type) {
   block_load_.status = static_cast<std::uint8_t>(LoadStatus::full);
 }
 
-void PidEngine::free_block(std::uint8_t index) {
-  Block* block = find(index);
+void PidEngine::take(const BlockFree& free) {
+  Block* block = find(free.block);
   if (block == nullptr) return;
   block->type = EffectType::none;
   block->play = ForceOrder::Play::stop;
@@ -193,7 +156,7 @@ void PidEngine::play(Block& block, std::uint8_t loops) {
   touch(block);
 }
 
-void PidEngine::operate(const EffectOperation& operation) {
+void PidEngine::take(const EffectOperation& operation) {
   Block* block = find(operation.block);
   if (block == nullptr) return;
   count(*block);
@@ -219,7 +182,13 @@ void PidEngine::stop_all() {
   for (Block& block : blocks_) block.play = ForceOrder::Play::as_it_is;
 }
 
-void PidEngine::control(Control control) {
+void PidEngine::take(const DeviceGain& gain) {
+  gain_ = level(gain.gain);
+  settings_dirty_ = true;
+}
+
+void PidEngine::take(const DeviceControl& report) {
+  const auto control = static_cast<Control>(report.control);
   controls_ = controls_ << 8 | static_cast<std::uint32_t>(control);
   if (control == Control::reset) host_folds_ = false;
   if (controls_ == kLinuxBegins) host_folds_ = true;
@@ -258,24 +227,33 @@ void PidEngine::control(Control control) {
 // Orders -------------------------------------------------------------------------------------
 
 void PidEngine::send_orders() {
-  // Before the settings: actuators that come on do not bring back what has ended.
-  if (stop_all_dirty_ || all_aside_dirty_) {
-    ForceOrder order;
-    order.kind = stop_all_dirty_ ? ForceOrder::Kind::stop_all : ForceOrder::Kind::set_all_aside;
-    if (!forces_.give(order)) return;
-    stop_all_dirty_ = false;
-    all_aside_dirty_ = false;
-  }
-  if (settings_dirty_) {
-    ForceOrder order;
-    order.kind = ForceOrder::Kind::settings;
-    order.gain = gain_;
-    order.paused = paused_;
-    order.enabled = enabled_;
-    if (!forces_.give(order)) return;
-    settings_dirty_ = false;
-  }
-  if (!blocks_dirty_) return;
+  // Endings first: actuators that come on do not bring back what has ended.
+  if (send_endings() && send_settings() && blocks_dirty_) send_blocks();
+}
+
+/// @returns whether it had room; so does the next
+bool PidEngine::send_endings() {
+  if (!stop_all_dirty_ && !all_aside_dirty_) return true;
+  ForceOrder order;
+  order.kind = stop_all_dirty_ ? ForceOrder::Kind::stop_all : ForceOrder::Kind::set_all_aside;
+  if (!forces_.give(order)) return false;
+  stop_all_dirty_ = false;
+  all_aside_dirty_ = false;
+  return true;
+}
+
+bool PidEngine::send_settings() {
+  if (!settings_dirty_) return true;
+  ForceOrder order;
+  order.kind = ForceOrder::Kind::settings;
+  order.gain = gain_;
+  order.paused = paused_;
+  order.enabled = enabled_;
+  settings_dirty_ = !forces_.give(order);
+  return !settings_dirty_;
+}
+
+void PidEngine::send_blocks() {
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
     Block& block = blocks_[next_dirty_];
     if (block.dirty || block.play != ForceOrder::Play::as_it_is) {

@@ -56,18 +56,22 @@ class PidEngine {
   void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
 
  private:
-  template <class Report, class Fits, class Take>
-  void take(std::span<const std::uint8_t> bytes, Fits fits, Take apply);
+  template <class Report>
+  void take(const Report& report);
+  void take(const EffectOperation& operation);
+  void take(const BlockFree& free);
+  void take(const DeviceControl& report);
+  void take(const DeviceGain& gain);
   Block* find(std::uint8_t index);
   void touch(Block& block);
   void count(Block& block);
-  void operate(const EffectOperation& operation);
-  void control(Control control);
   void create(EffectType type);
-  void free_block(std::uint8_t index);
   void play(Block& block, std::uint8_t loops);
   void stop_all();
   void send_orders();
+  bool send_endings();
+  bool send_settings();
+  void send_blocks();
   void watch_silence();
   void watch_reader();
   void set_all_aside();
@@ -84,6 +88,7 @@ class PidEngine {
   bool holds_any() const;
   bool is_aside(std::size_t index) const;
   std::uint16_t pool_available() const;
+  bool friction_holds() const;
 
   Forces& forces_;
   std::uint32_t period_ns_;
@@ -129,6 +134,12 @@ class PidEngine {
   std::array<std::uint32_t, 2> playing_sent_{};
 };
 
+/// Where friction holds the knob, its own spring need not.
+inline bool PidEngine::friction_holds() const {
+  const std::int64_t held = scale_.hold_counts;
+  return held != 0 && (now_.position_counts > held || now_.position_counts < -held);
+}
+
 // Inline, with calls only when there is work: nearly all rounds find none.
 inline Wish PidEngine::service(const Moment& now) {
   const bool origin_moved = now.zeroings != now_.zeroings;
@@ -146,10 +157,7 @@ inline Wish PidEngine::service(const Moment& now) {
   }
   if ((buttons_ | buttons_seen_) != 0) watch_triggers();
   if (settings_dirty_ || blocks_dirty_ || stop_all_dirty_ || all_aside_dirty_) send_orders();
-  // Where friction holds the knob, its own spring need not.
-  const std::int64_t held = scale_.hold_counts;
-  const bool holds = held != 0 && (now.position_counts > held || now.position_counts < -held);
-  return turn_watch_.see(now, origin_moved, scale_.own_is_felt, holds);
+  return turn_watch_.see(now, origin_moved, scale_.own_is_felt, friction_holds());
 }
 
 }  // namespace torsio::device::game
