@@ -1,6 +1,9 @@
 /// @file
-/// The limit on how fast the motor's command may change, after all that decides it.
+/// The limit on how fast the motor's command may change, after all that decides it; and torques
+/// that end slowly.
 #pragma once
+
+#include <cstdint>
 
 #include "core/math.hpp"
 
@@ -39,5 +42,19 @@ constexpr float limit_motor(SlewState& state, const SlewParams& params, float mo
   state.motor_command_nm = allowed_nm;
   return allowed_nm;
 }
+
+/// A torque that goes to zero along a straight line.
+struct Fade {
+  float nm = 0;
+  float step_nm = 0;
+
+  /// @param ticks 0: the first step ends it
+  constexpr void begin(float from_nm, std::uint32_t ticks) {
+    nm = from_nm;
+    step_nm = absolute(from_nm);
+    if (ticks != 0) step_nm /= static_cast<float>(ticks);
+  }
+  constexpr void step() { nm -= clamp_symmetric(nm, step_nm); }
+};
 
 }  // namespace torsio::core

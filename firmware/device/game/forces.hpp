@@ -5,10 +5,6 @@
 /// A report's change must not be felt as a click, so every change is blended. The torque goes on
 /// from where it was, and the difference fades to zero along a straight line. The shape of an
 /// effect itself is not touched by this: a square wave keeps its edges.
-///
-/// A game that sends a steady force anew in each of its frames sends points of a curve. They are
-/// joined by lines, each as long as a frame (docs/reference/games.md, "Between
-/// updates").
 #pragma once
 
 #include <array>
@@ -18,6 +14,8 @@
 
 #include "core/effects.hpp"
 #include "core/force_source.hpp"
+#include "core/slew_limit.hpp"
+#include "device/game/joined_updates.hpp"
 #include "device/game/reports.hpp"
 #include "device/ring.hpp"
 #include "device/stable_limits.hpp"
@@ -132,7 +130,7 @@ class Forces final : public core::ForceSource {
   bool wanted() const { return wanted_.load(std::memory_order_relaxed) != 0; }
   /// It comes up from nothing, with the walls at the ends.
   void raise_walls();
-  bool fading() const { return residual_nm_ != 0.0F; }
+  bool fading() const { return residual_.nm != 0.0F; }
   bool enabled() const { return enabled_; }
 
   /// Takes what has arrived.
@@ -190,21 +188,16 @@ class Forces final : public core::ForceSource {
     std::uint32_t soft_left = 0;   // ticks until a spring is all there
     std::uint32_t wave_phase = 0;  // that a wave had come to when it was started again
     float slip_rad = 0;
-    // Joining updates.
-    std::uint64_t heard = 0;        // when the last one came, in the games' time; 0: none has
-    std::uint64_t updated = 0;      // when the last one came that changed something
-    std::uint32_t frame_ticks = 0;  // from one of these to the next; 0: not known yet
-    float change_nm = 0;            // of this frame
-    float change_before_nm = 0;     // of the frame before it
-    float late_nm = 0;              // the rest of the change, with the old value's sign
-    float late_step_nm = 0;
+    JoinedUpdates updates{};
   };
 
   void call();
-  std::uint32_t wave_so_far(std::uint8_t block, std::uint64_t now) const;
+  bool take(const ForceOrder& order, bool may_play, std::uint64_t tick);
+  bool take_settings(const ForceOrder& order, bool may_play, std::uint64_t tick);
   bool enable(bool enabled, bool may_play, std::uint64_t now);
-  bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
-  void start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined);
+  bool take_effect(const ForceOrder& order, bool may_play, std::uint64_t now);
+  void carry_wave_on(const ForceOrder& order, std::uint64_t now);
+  bool start(const ForceOrder& order, bool may_play, std::uint64_t now, bool restarts, bool joined);
   void start_unheard(const ForceOrder& order, std::uint64_t now);
   bool goes_on(const ForceOrder& order) const;
   bool go_on(std::uint8_t block, std::uint64_t now);
@@ -217,11 +210,15 @@ class Forces final : public core::ForceSource {
   void set_loops_aside(std::uint8_t block, std::uint8_t loops);
   void stop_all();
   void share_out();
+  float effects_nm(const core::Motion& motion, float period_s, std::uint64_t now);
   float within_cap_nm(float asked_nm);
+  float blend_nm(float sum_nm);
   float own_nm(const core::Motion& motion, float period_s);
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
-  float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
-                 bool& ended);
+  bool sounds(const PreparedEffect& effect, Playing& play, std::uint64_t now);
+  static bool repeats(const PreparedEffect& effect, Playing& play, std::uint64_t now);
+  float effect_nm(const PreparedEffect& effect, Playing& play, const core::Motion& motion,
+                  float period_s, std::uint64_t now);
 
   std::atomic<std::uint32_t>& attention_;
   const ForceParams& params_;
@@ -255,8 +252,7 @@ class Forces final : public core::ForceSource {
   bool changed_ = false;
   float motion_angle_ = 0;  // rad, of this tick
   float last_nm_ = 0;
-  float residual_nm_ = 0;
-  float residual_step_nm_ = 0;
+  core::Fade residual_;
 };
 
 }  // namespace torsio::device::game
