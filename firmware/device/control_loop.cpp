@@ -12,7 +12,6 @@ namespace flag = protocol::flag;
 using protocol::EventKind;
 using protocol::Owner;
 using protocol::State;
-using protocol::Status;
 
 // A tick that takes longer than its budget, or was missed, costs four; one in time earns one back.
 // Up to one late tick in five is jitter. Sixteen in a row mean too much load: the motor has held
@@ -79,33 +78,27 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
 /// line, or the ticks without it would save and restore its registers.
 [[gnu::noinline]] void ControlLoop::decide(const TickInputs& in) {
   attention_.store(0, std::memory_order_relaxed);
-  if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {
-    fall_behind(in.missed_ticks);
-  } else if (lateness_ != 0) {
-    --lateness_;
-  }
-  if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
-  usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
+  watch_time(in);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
   faults_.causes = static_cast<std::uint16_t>((faults_.causes & ~kReported) | reported_by(in));
   if (faults_.forgives) (void)clear_fault();
-  if (const Order* order = orders_.front(); order != nullptr && !must_let_go(*order)) {
-    carry_out(*order);
-    orders_.pop();
-  }
+  take_order();
   if (index_.awake) [[unlikely]]
     watch_index();
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
-  core::ForceSource* const other_force = phase_ == Phase::letting_go ? nullptr : serve_others();
+  core::ForceSource* const other_force = serve_others();
   const bool playing = plays() && host_is_there();
   choose_torque(playing, other_force);
   faults_.causes = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
-  // Once the controller knows that its commands came to nothing they stay zero by themselves.
-  const bool at_rest =
-      !fades() && controller_.slew.motor_command_nm == 0.0F && controller_.brake_command_nm == 0.0F;
-  held_back_ = faults_.causes != 0 || !(playing || at_rest);
+  held_back_ = faults_.causes != 0 || !(playing || at_rest());
   if (held_back_ || changes_ || lateness_ != 0 || game.awake()) call();
+}
+
+/// Once the controller knows that its commands came to nothing they stay zero by themselves.
+bool ControlLoop::at_rest() const {
+  return !fades() && controller_.slew.motor_command_nm == 0.0F &&
+         controller_.brake_command_nm == 0.0F;
 }
 
 void ControlLoop::give(const Order& order) {
@@ -152,6 +145,16 @@ void ControlLoop::move_origin(std::int64_t counts) {
   ++counters_.zeroings;
 }
 
+void ControlLoop::watch_time(const TickInputs& in) {
+  if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {
+    fall_behind(in.missed_ticks);
+  } else if (lateness_ != 0) {
+    --lateness_;
+  }
+  if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
+  usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
+}
+
 void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
   controller_.tick += missed_ticks;
   counters_.tick_overruns += missed_ticks;
@@ -195,135 +198,46 @@ protocol::Ledger ControlLoop::ledger() const {
   return ledger;
 }
 
-void ControlLoop::carry_out(const Order& order) {
-  protocol::Verdict verdict = order.verdict;
-  if (verdict.ok()) {
-    verdict.status = execute(order);
-  }
-  if (verdict.ok()) {
-    silent_ticks_left_ = config_.watchdog_ticks;
-    ++counters_.reports_accepted;
-  } else {
-    ++counters_.reports_refused;
-  }
-  if (order.acknowledged || !verdict.ok()) {
-    Answer answer;
-    answer.acknowledgement = {
-        order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,  state(),      controller_.tick,
-        owner_};
-    // The main loop gives an order only when there is room for its answers.
-    (void)mail.answers.push(answer);
-  }
-}
-
-Status ControlLoop::execute(const Order& order) {
-  switch (order.kind) {
-    case Order::Kind::acknowledge:
-    case Order::Kind::keep_alive:
-      return Status::ok;
-    case Order::Kind::arm:
-      return arm();
-    case Order::Kind::stop:
-      scene_ = nullptr;
-      [[fallthrough]];
-    case Order::Kind::disarm:  // by must_let_go(), before it
-      return Status::ok;
-    case Order::Kind::clear_fault:
-      return clear_fault();
-    case Order::Kind::stream:
-      decimation_ = order.decimation;
-      ticks_to_sample_ = 0;
-      return Status::ok;
-    case Order::Kind::play:
-      scene_ = order.commit.scene;
-      controller_.bound.new_scene = true;
-      core::restart_effects(controller_.scene, order.commit.fresh, controller_.tick);
-      return Status::ok;
-    case Order::Kind::local_model:
-      return follow_local_model(order);
-    case Order::Kind::excite:
-      return excite(order);
-    case Order::Kind::zero:
-      if (armed()) return Status::not_disarmed;
-      takes_centre_ = false;
-      move_origin(-controller_.motion.position_counts);
-      return Status::ok;
-    case Order::Kind::relax:
-      if (armed()) return Status::not_disarmed;
-      controller_.sensor = {};
-      return Status::ok;
-    case Order::Kind::configure:
-      if (order.config->turn_counts != config_.turn_counts ||
-          order.config->controller.motion.reversed != config_.controller.motion.reversed) {
-        index_ = {.told = index_.told, .level = index_.level};
-      }
-      config_ = *order.config;
-      game_params_ = *order.game;
-      dial_.configure(*order.detents);
-      controller_.bound = {};
-      // Only a law that knows the brake keeps these up, and a bent shaft its piece.
-      controller_.sensor.slipped_nm = 0.0F;
-      controller_.sensor.piece = {};
-      controller_.brake.coil_nm = controller_.brake.capacity_nm;
-      controller_.ledger = {};
-      controller_.motion.primed = false;  // the counter may have another width or sense now
-      if (order.clears_scene) scene_ = nullptr;
-      return Status::ok;
-  }
-  return Status::unsupported;
-}
-
-Status ControlLoop::arm() {
-  if (phase_ == Phase::fault) return Status::fault_latched;
-  if (!may_take()) return Status::busy;
-  if (owner_ == Owner::sdk) return Status::ok;
-  phase_ticks_left_ = config_.passive_ramp_ticks;
-  const Phase begins = phase_ticks_left_ != 0 ? Phase::rising : Phase::playing;
-  if (owner_ != Owner::none) {
-    // The other's torque fades while the scene's comes up: both in the time of the soft start.
-    if (owner_ == Owner::game) game.release(game_params_.release_ticks);
-    dial_.release();
-    phase_ = begins;
-    owner_ = Owner::sdk;
-    report_event(EventKind::owner_changed);
-  } else {
-    enter(begins, Owner::sdk);
-  }
-  return Status::ok;
-}
-
 /// Whether somebody who is there may have the actuator, or share it.
 bool ControlLoop::may_take() const {
   return !fades() && mail.held.load(std::memory_order_relaxed) == 0;
 }
 
-/// The device is for games or a dial, as it was when it started.
+/// The device is for games or a dial, as it was when it started. While somebody's torque is let go
+/// nobody else is served.
 core::ForceSource* ControlLoop::serve_others() {
+  if (phase_ == Phase::letting_go) return nullptr;
   if (dial_.on()) return serve_dial();
   return game.awake() ? serve_game() : nullptr;
 }
 
-/// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
-/// had nothing to play for a while.
+bool ControlLoop::game_may_play() const {
+  return game_params_.allowed && phase_ != Phase::fault && owner_ != Owner::sdk && connected() &&
+         may_take();
+}
+
+/// A game gets the actuator when it starts an effect while nobody has it.
 core::ForceSource* ControlLoop::serve_game() {
-  const bool may_play = game_params_.allowed && phase_ != Phase::fault && owner_ != Owner::sdk &&
-                        connected() && may_take();
+  const bool may_play = game_may_play();
   const bool started = game.take_orders(may_play, controller_.tick);
   const bool wanted = game.wanted() && may_play;
   if ((started || wanted) && owner_ == Owner::none) enter(Phase::playing, Owner::game);
   if (owner_ == Owner::game && !fades()) {
     if (wanted) game.raise_walls();
-    if (game.playing()) {
-      game_idle_ticks_ = 0;
-    } else if (!game.fading() &&
-               (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
-      // A wall at an end may hold the knob still.
-      game.release(game_params_.release_ticks);
-      if (!game.fading()) enter(Phase::disarmed);
-    }
+    watch_idle_game();
   }
   return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
+}
+
+/// A game that has had nothing to play for a while loses the actuator.
+void ControlLoop::watch_idle_game() {
+  if (game.playing()) {
+    game_idle_ticks_ = 0;
+  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
+    // A wall at an end may hold the knob still.
+    game.release(game_params_.release_ticks);
+    if (!game.fading()) enter(Phase::disarmed);
+  }
 }
 
 /// The dial has the actuator while somebody turns it and nobody else wants it.
@@ -337,36 +251,6 @@ core::ForceSource* ControlLoop::serve_dial() {
     if (!dial_.felt()) enter(Phase::disarmed);
   }
   return dial_.felt() ? &dial_ : nullptr;
-}
-
-Status ControlLoop::clear_fault() {
-  if (faults_.causes != 0) return Status::fault_persists;
-  faults_.latched = 0;
-  if (phase_ == Phase::fault) {
-    game.forget();  // what was started meanwhile
-    enter(Phase::disarmed);
-  }
-  return Status::ok;
-}
-
-Status ControlLoop::follow_local_model(const Order& order) {
-  if (!plays()) return Status::not_armed;
-  if (owner_ != Owner::sdk) return Status::not_owner;
-  const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
-  if (local_model_on_ && ahead <= 0) return Status::stale;
-  local_model_sequence_ = order.sequence;
-  local_model_ = order.local_model;
-  local_model_on_ = order.deadline_ticks != 0;
-  local_model_ticks_left_ = order.deadline_ticks;
-  return Status::ok;
-}
-
-Status ControlLoop::excite(const Order& order) {
-  if (!plays()) return Status::not_armed;
-  if (owner_ != Owner::sdk) return Status::not_owner;
-  core::begin_excitation(excitation_, order.excitation, controller_.motion.position_counts);
-  local_model_on_ = false;
-  return Status::ok;
 }
 
 void ControlLoop::end_excitation() {
@@ -392,19 +276,6 @@ bool ControlLoop::host_is_there() {
   return true;
 }
 
-/// A torque that is cut is felt as a snap. So the order waits while the torque goes to zero along a
-/// line, and is answered when it is gone. Nobody else is served meanwhile.
-/// @returns true: the order is not to be carried out yet
-bool ControlLoop::must_let_go(const Order& order) {
-  const bool ends = order.kind == Order::Kind::disarm || order.kind == Order::Kind::stop;
-  if (!ends || !armed()) return false;
-  if (phase_ == Phase::letting_go) return true;
-  begin_fade(Phase::letting_go, config_.let_go_ticks);
-  // The next update of a stopped game must not undo the stop.
-  if (owner_ == Owner::game) game.forget();
-  return true;
-}
-
 void ControlLoop::begin_passive(EventKind why) {
   begin_fade(Phase::passive, config_.passive_ramp_ticks);
   report_event(why);
@@ -415,9 +286,7 @@ void ControlLoop::begin_fade(Phase phase, std::uint32_t ticks) {
   game.drop();
   dial_.drop();
   phase_ticks_left_ = ticks;
-  fading_motor_nm_ = controller_.slew.motor_command_nm;
-  fading_step_nm_ = core::absolute(fading_motor_nm_);
-  if (ticks != 0) fading_step_nm_ /= static_cast<float>(ticks);
+  motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
 }
 
 void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
@@ -440,29 +309,38 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
     playing_overlay_ = &overlay_;
     return;
   }
-  playing_scene_ = scene_;
-  if (other_force != nullptr) {
-    overlay_.extra = other_force;
-    if (owner_ != Owner::sdk) playing_scene_ = nullptr;
-  }
+  play_scene(other_force);
+}
+
+/// Scene, local model and others, as far as they have risen.
+void ControlLoop::play_scene(core::ForceSource* other_force) {
+  if (other_force == nullptr || owner_ == Owner::sdk) playing_scene_ = scene_;
+  overlay_.extra = other_force;
   if (local_model_on_) overlay_.local = &local_model_;
   if (playing_scene_ != nullptr) overlay_.impacts = core::has_impacts(*playing_scene_);
   overlay_.bounds = overlay_.ledger;
-  const bool rises = phase_ == Phase::rising;
-  if (rises) {
-    overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - phase_ticks_left_) /
-                    static_cast<float>(config_.passive_ramp_ticks);
-    if (--phase_ticks_left_ == 0) phase_ = Phase::playing;
-  }
+  const bool rises = rise();
   changes_ = rises || local_model_on_ || other_force != nullptr;
-  if (overlay_.bounds && !changes_ && !overlay_.impacts &&
-      !(scene_ != nullptr && core::plays_in_time(*scene_))) {
-    // The first tick after a change still has to tell the bound of it.
-    const core::BoundState& bound = controller_.bound;
-    overlay_.only_bounds = !bound.new_scene && bound.in_time_nm == 0.0F;
-    if (!overlay_.only_bounds) changes_ = true;
-  }
+  if (overlay_.bounds && !changes_ && !overlay_.impacts) bound_alone();
   if (changes_ || overlay_.impacts) playing_overlay_ = &overlay_;
+}
+
+/// @returns whether the torque comes up, so that it is another in every tick
+bool ControlLoop::rise() {
+  if (phase_ != Phase::rising) return false;
+  overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - phase_ticks_left_) /
+                  static_cast<float>(config_.passive_ramp_ticks);
+  if (--phase_ticks_left_ == 0) phase_ = Phase::playing;
+  return true;
+}
+
+/// The law's bound may be all that is beside the scene. The first tick after a change still has to
+/// tell it of that.
+void ControlLoop::bound_alone() {
+  if (scene_ != nullptr && core::plays_in_time(*scene_)) return;
+  const core::BoundState& bound = controller_.bound;
+  overlay_.only_bounds = !bound.new_scene && bound.in_time_nm == 0.0F;
+  changes_ = !overlay_.only_bounds;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -507,8 +385,8 @@ TickOutputs ControlLoop::fade() {
     return {};
   }
   --phase_ticks_left_;
-  fading_motor_nm_ -= core::clamp_symmetric(fading_motor_nm_, fading_step_nm_);
-  return {fading_motor_nm_, phase_ == Phase::passive ? config_.passive_brake_nm : 0.0F, true};
+  motor_fade_.step();
+  return {motor_fade_.nm, phase_ == Phase::passive ? config_.passive_brake_nm : 0.0F, true};
 }
 
 State ControlLoop::state() const {

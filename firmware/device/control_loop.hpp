@@ -205,12 +205,20 @@ class ControlLoop {
   void watch_index();
   void keep_centre();
   void move_origin(std::int64_t counts);
+  void watch_time(const TickInputs& in);
   void fall_behind(std::uint32_t missed_ticks);
+  bool at_rest() const;
+  void take_order();
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
+  protocol::Status zero();
+  protocol::Status relax();
+  protocol::Status configure(const Order& order);
   core::ForceSource* serve_others();
+  bool game_may_play() const;
   core::ForceSource* serve_game();
+  void watch_idle_game();
   core::ForceSource* serve_dial();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
@@ -222,6 +230,9 @@ class ControlLoop {
   void begin_fade(Phase phase, std::uint32_t ticks);
   bool may_take() const;
   void choose_torque(bool playing, core::ForceSource* other_force);
+  void play_scene(core::ForceSource* other_force);
+  bool rise();
+  void bound_alone();
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
@@ -272,8 +283,7 @@ class ControlLoop {
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   bool changes_ = false;                 // each tick decides anew
   std::uint32_t phase_ticks_left_ = 0;   // until what rises or fades has done so
-  float fading_motor_nm_ = 0;
-  float fading_step_nm_ = 0;  // per tick
+  core::Fade motor_fade_;
 
   std::uint8_t decimation_ = 0;
   std::uint8_t ticks_to_sample_ = 0;
