@@ -349,12 +349,10 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if (out.numeric_error) causes |= fault::numeric;
   // Both directions in one comparison.
   const auto limit_counts = static_cast<std::uint32_t>(config_.jump_limit_counts);
-  if (static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts) {
-    causes |= fault::encoder;
-  }
-  if (core::absolute(out.motion.speed_rad_s) > speed_limit_rad_s_) {
-    causes |= fault::over_speed;
-  }
+  const bool jumps =
+      static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts;
+  if (jumps) causes |= fault::encoder;
+  if (core::absolute(out.motion.speed_rad_s) > speed_limit_rad_s_) causes |= fault::over_speed;
   return causes;
 }
 

@@ -29,24 +29,20 @@ bool ControlLoop::must_let_go(const Order& order) {
 
 void ControlLoop::carry_out(const Order& order) {
   protocol::Verdict verdict = order.verdict;
-  if (verdict.ok()) {
-    verdict.status = execute(order);
-  }
+  if (verdict.ok()) verdict.status = execute(order);
   if (verdict.ok()) {
     silent_ticks_left_ = config_.watchdog_ticks;
     ++counters_.reports_accepted;
   } else {
     ++counters_.reports_refused;
   }
-  if (order.acknowledged || !verdict.ok()) {
-    Answer answer;
-    answer.acknowledgement = {
-        order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,  state(),      controller_.tick,
-        owner_};
-    // The main loop gives an order only when there is room for its answers.
-    (void)mail.answers.push(answer);
-  }
+  if (!order.acknowledged && verdict.ok()) return;
+  // The main loop gives an order only when there is room for its answers.
+  Answer answer;
+  answer.acknowledgement = {order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
+                            verdict.field,  state(),      controller_.tick,
+                            owner_};
+  (void)mail.answers.push(answer);
 }
 
 Status ControlLoop::execute(const Order& order) {
