@@ -252,8 +252,8 @@ class _MuJoCo:
 
 
 def _error_key(row: dict[str, Any]) -> float:
-    error = float(row["error"])
-    return error if math.isfinite(error) else math.inf
+    error = row["error"]  # None in a file, for a run that blew up
+    return float(error) if error is not None and math.isfinite(error) else math.inf
 
 
 def _fastest(rows: list[dict[str, Any]], number: int, method: str) -> dict[str, Any] | None:
@@ -345,18 +345,25 @@ def _together(study: Study, summary: dict[str, Any]) -> Results:
 def show(results: Results, console: Console) -> None:
     """Print what was found."""
     fastest = table("scenario", "method", "step", "error", "times real time", words=2)
+    names = {"exact": "exact", "mujoco": f"MuJoCo {results['mujoco']}"}
+    names |= {"drake": "Drake", "scipy": "SciPy"}
+    there = {row["method"] for row in results["rows"]}
     for summary in results["summary"]:
-        for key, name in (("exact", "exact"), ("mujoco", f"MuJoCo {results['mujoco']}")):
-            row = summary[key]
+        number = summary["scenario"]
+        for key, name in names.items():
+            row = _fastest(results["rows"], number, key)
             if row is None:
-                fastest.add_row(str(summary["scenario"]), name, "", "never", "")
+                if key in there:
+                    fastest.add_row(str(number), name, "", "never", "")
                 continue
+            step_s = row["step_s"]
+            factor = summary.get(f"{key}_realtime_factor", row["realtime_factor"])
             fastest.add_row(
-                str(summary["scenario"]),
-                name,
-                f"{1e6 * row['step_s']:.0f} µs",
+                str(number),
+                f"{name}: {row['settings']}" if key in ("drake", "scipy") else name,
+                "" if step_s is None else f"{1e6 * step_s:.0f} µs",
                 f"{row['error']:.1e}",
-                f"{summary[f'{key}_realtime_factor']:,.0f}",
+                f"{factor:,.0f}" if factor >= 10 else f"{factor:.1f}",
             )
     _show_together(results, console)
     console.print(f"\nFastest at an error of at most {TARGET_ERROR:g}, on one core:")
