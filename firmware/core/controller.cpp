@@ -68,6 +68,12 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
+/// Where the scene asks for nothing, the law calibrated has a share of its own.
+[[gnu::always_inline]] inline bool is_free_air(const Overlay& overlay, float desired_nm,
+                                               bool shared) {
+  return desired_nm == 0.0F && overlay.bounds && !shared;
+}
+
 /// The law's shares, with the scene's impacts on top of the motor's. The brake is too slow for a
 /// knock, and only now is the motor's rest known.
 [[gnu::noinline]] Shares share_with_impacts(ControllerState& state, const ControllerParams& params,
@@ -75,7 +81,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
                                             const Motion& motion, float desired_nm,
                                             float spring_nm) {
   Shares shares;
-  if (desired_nm == 0.0F && overlay.bounds) {
+  if (is_free_air(overlay, desired_nm, false)) {
     shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
                                              state.brake.coil_nm, motion.speed_rad_s);
   } else {
@@ -121,6 +127,14 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return sense_bent_shaft<false>(state.sensor, params.shaft, delta_rad, capacity_nm);
 }
 
+/// The spring's torque. Law and shaft say how it is sensed.
+[[gnu::always_inline]] inline float sense(ControllerState& state, const ControllerParams& params,
+                                          const Overlay& overlay, float delta_rad) {
+  if (overlay.ledger) return sense_known_brake(state, params, delta_rad, overlay.bent);
+  if (overlay.bent) return sense_bent(state, params, delta_rad);
+  return sense_brake(state, params, delta_rad);
+}
+
 }  // namespace
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params,
@@ -149,13 +163,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
       }
       shared = true;
     } else {
-      if (in.overlay->ledger) {
-        spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
-      } else if (in.overlay->bent) {
-        spring_nm = sense_bent(state, params, out.motion.delta_rad);
-      } else {
-        spring_nm = sense_brake(state, params, out.motion.delta_rad);
-      }
+      spring_nm = sense(state, params, *in.overlay, out.motion.delta_rad);
       // Field by field: a copy as a whole would put the motion into memory in every tick.
       const Motion& now = out.motion;
       const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
@@ -173,7 +181,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
         shared = true;
       }
     }
-    if (desired_nm == 0.0F && in.overlay->bounds && !shared) {
+    if (is_free_air(*in.overlay, desired_nm, shared)) {
       shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
                                                state.brake.coil_nm, out.motion.speed_rad_s);
       shared = true;
