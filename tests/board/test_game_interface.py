@@ -35,26 +35,39 @@ def _play(pico: EmulatedPico, magnitude: int) -> None:
         assert pico.write(report, endpoint=ENDPOINT) == "ack"
 
 
-def _joystick(pico: EmulatedPico) -> int:
-    """Return the newest position of the axis that the device reports."""
-    x = None
+def _joystick(pico: EmulatedPico) -> list[tuple[int, int]]:
+    """Return axis and buttons of the reports that the device has."""
+    found = []
     for _ in range(10):
         answer = pico.do("in", endpoint=ENDPOINT, within_ns=5e6)
         if answer == "nak":
             break
         report = bytes.fromhex(answer["data"])
         if report[0] == 0x01:
-            (x,) = struct.unpack_from("<h", report, 1)
-    assert x is not None
-    return int(x)
+            found.append(struct.unpack_from("<hB", report, 1))
+    return found
 
 
 def test_axis_follows_the_knob(pico: EmulatedPico) -> None:
-    pico.turn(200)
-    # 900 degrees of 8192 counts a turn are the whole range.
-    assert _joystick(pico) == pytest.approx(200 / 8192 * 360 / 450 * 32767, abs=1)
-    pico.turn(-400)
-    assert _joystick(pico) == pytest.approx(-200 / 8192 * 360 / 450 * 32767, abs=1)
+    for turned, at in ((200, 200), (-400, -200)):
+        pico.turn(turned)
+        # 900 degrees of 8192 counts a turn are the whole range.
+        assert _joystick(pico)[-1][0] == pytest.approx(at / 8192 * 360 / 450 * 32767, abs=1)
+
+
+def test_buttons_are_pins_to_ground_whose_contacts_may_bounce(pico: EmulatedPico) -> None:
+    before = 0
+    _joystick(pico)
+    for pressed in (0b01, 0b11, 0b10, 0b00):
+        for levels in (pressed, before, pressed, before, pressed):
+            for bit, pin in enumerate((13, 14)):
+                pico.do("pin", pin=pin, high=levels >> bit & 1 == 0)
+            pico.run(2)
+        pico.run(5)
+        told = [buttons for _, buttons in _joystick(pico)]
+        assert told[-1] == pressed
+        assert told in ([pressed], [before, pressed])
+        before = pressed
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -15,9 +15,11 @@
 #include <optional>
 
 #include "boards/all.hpp"
+#include "boards/rp2/buttons.hpp"
 #include "boards/rp2/firmware_label.hpp"
 #include "boards/rp2/flash_slots.hpp"
 #include "boards/rp2/life_watch.hpp"
+#include "boards/rp2/pins.hpp"
 #include "boards/rp2/power_stage.hpp"
 #include "boards/rp2/quadrature.hpp"
 #include "boards/rp2/reset_cause.hpp"
@@ -62,6 +64,8 @@ Lasting<PowerStage> power;
 Lasting<Quadrature<0>> encoder;
 Lasting<usb::UsbDevice> usb_device;
 LifeWatch life_watch{kBoard.power.predicts};
+Buttons buttons;
+bool has_buttons;
 
 /// Power off, then the watchdog starts the chip anew.
 [[noreturn]] void panic(protocol::ResetCause why) {
@@ -158,6 +162,11 @@ void start_control(const protocol::BoardConfig& config, const protocol::Actuator
     gpio_init(actuator.encoder_index_pin);
     gpio_pull_up(actuator.encoder_index_pin);
   }
+  has_buttons = !rp2::find_pin_conflict(config, actuator.encoder_index_pin, kButtonPins);
+  for (std::uint8_t pin = kFirstButtonPin; has_buttons && pin < kFirstButtonPin + 2; ++pin) {
+    gpio_init(pin);
+    gpio_pull_up(pin);
+  }
   power.make(config, kBoard.power, actuator.brake_time_constant_s);
   the_device->measure_by(power->logic());
   emergency_stop_pin = config.emergency_stop_pin;
@@ -184,6 +193,12 @@ void save_when_asked() {
   }
 }
 
+void read_buttons() {
+  if (has_buttons && buttons.see(sio_hw->gpio_in, timer_hw->timerawl)) {
+    the_device->set_buttons(buttons.pressed());
+  }
+}
+
 void show_state(std::uint8_t pin) {
   gpio_put(pin, status_light(the_device->state(), usb_device->has_host(),
                              static_cast<std::uint32_t>(time_us_64() / 1000)));
@@ -194,6 +209,7 @@ void show_state(std::uint8_t pin) {
   bool leaving = false;
   life_watch.start();
   for (;;) {
+    read_buttons();
     usb_device->poll();
     the_device->service();
     save_when_asked();
