@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "device/game/game_rig.hpp"
@@ -202,19 +203,6 @@ TEST_CASE("habit: the device gain is set before the first effect is made") {
   }
 }
 
-TEST_CASE("habit: the pool is asked for twenty times in a row") {
-  // hid-pidff from 6.15 on, until the pool has a size.
-  GameRig rig;
-  rig.play_constant(20000);
-  std::array<std::uint8_t, 64> answer{};
-  for (int n = 0; n < 20; ++n) {
-    REQUIRE(rig.device->game().get_feature(0x23, answer) == 5);
-    CHECK(answer[4] == 1);
-  }
-  rig.tick(5);
-  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-}
-
 TEST_CASE("habit: without end as 0 and as all ones") {
   // hid-pidff: 0 in 6.1, all ones of the field from 6.15 on.
   for (const int length_ms : {0, 0xFFFF}) {
@@ -233,50 +221,32 @@ TEST_CASE("habit: without end as 0 and as all ones") {
   }
 }
 
-TEST_CASE("habit: device gain to 0 in a menu and back, effects are still there") {
-  // DIPROP_FFGAIN in menus; evdev's FF_GAIN.
-  GameRig rig;
-  rig.play_constant(20000);
-  rig.tick(5);
-  rig.gain(0);
-  rig.tick(120'000);
-  CHECK(share(rig) == 0.0);
-  rig.gain(32767);
-  rig.tick(5);
-  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-}
-
-TEST_CASE("habit: a pause menu pauses the device, for minutes, and the game goes on") {
-  // DISFFC_PAUSE and DISFFC_CONTINUE.
-  GameRig rig;
-  rig.play_constant(20000);
-  rig.tick(5);
-  rig.control(5);
-  rig.tick(120'000);
-  CHECK(share(rig) == 0.0);
-  CHECK(rig.owner() == protocol::Owner::game);
-  rig.control(6);
-  rig.tick(5);
-  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-  // A program that hangs behind its menu has its force for as long as any other.
-  rig.tick(9900);
-  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
-  rig.tick(200);
-  CHECK(share(rig) == 0.0);
-}
-
-TEST_CASE("habit: actuators off in a menu, for minutes, and on again") {
-  // DISFFC_SETACTUATORSOFF: "effects continue to play but are ignored", muted rather than paused.
-  GameRig rig;
-  rig.play_constant(20000);
-  rig.tick(5);
-  rig.control(2);
-  rig.tick(120'000);
-  CHECK(share(rig) == 0.0);
-  CHECK(rig.owner() == protocol::Owner::none);
-  rig.control(1);
-  rig.tick(5);
-  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
+TEST_CASE("habit: a menu silences the device for minutes, and the game goes on") {
+  // DIPROP_FFGAIN and evdev's FF_GAIN; DISFFC_PAUSE; DISFFC_SETACTUATORSOFF, with which "effects
+  // continue to play but are ignored".
+  using Say = void (*)(GameRig&, bool);
+  const std::pair<Say, bool> menus[] = {
+      {[](GameRig& rig, bool begins) { rig.gain(begins ? 0 : 32767); }, true},
+      {[](GameRig& rig, bool begins) { rig.control(begins ? 5 : 6); }, true},
+      {[](GameRig& rig, bool begins) { rig.control(begins ? 2 : 1); }, false},
+  };
+  for (const auto& [say, keeps] : menus) {
+    GameRig rig;
+    rig.play_constant(20000);
+    rig.tick(5);
+    say(rig, true);
+    rig.tick(120'000);
+    CHECK(share(rig) == 0.0);
+    CHECK(rig.owner() == (keeps ? protocol::Owner::game : protocol::Owner::none));
+    say(rig, false);
+    rig.tick(5);
+    CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
+    // A program that hangs behind its menu has its force for as long as any other.
+    rig.tick(9900);
+    CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
+    rig.tick(200);
+    CHECK(share(rig) == 0.0);
+  }
 }
 
 TEST_CASE("habit: an endless effect is updated and never started again") {
