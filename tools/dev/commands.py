@@ -167,6 +167,7 @@ def _build_tests(plan: groups.Plan) -> None:
     if kernels is not None:
         kernels.result()
     if "windows games" in needs:
+        environment.make_players()
         building.build_windows_games()
 
 
