@@ -39,7 +39,10 @@ RELEASED = {
     "Basis": ["assumed", "stated", "measured"],
     "Owner": ["none", "sdk", "game", "dial"],
     "Personality": ["game_controller", "dial"],
-    "DialUse": ["wheel", "pan", "volume"],
+    "DialUse": [
+        *("wheel", "pan", "volume", "radial"),
+        *("wheel_or_pan", "wheel_or_volume", "volume_or_wheel"),
+    ],
     "Centre": ["power_up", "awaits_index", "index"],
     "GameEffectKind": [
         *("none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up"),

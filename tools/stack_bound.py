@@ -33,7 +33,6 @@ INDIRECT: dict[str, tuple[str, ...]] = {
         r".*11set_feature.*",
         r".*7receive.*",
         r".*10next_input.*",
-        r".*13takes_outputs.*",
     ),
     r".*(13transfer_done|N_15reset).*": (r".*10input_over.*",),
     # TinyUSB calls the functions of its class driver, and what is to come after a control transfer.

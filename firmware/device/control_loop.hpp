@@ -198,6 +198,8 @@ class ControlLoop {
   void see_index(bool level);
   /// Somebody turns the dial, or nobody any more.
   void want_dial(bool wanted);
+  /// What is to be felt of it.
+  void feel_dial(dial::Feel feel) { dial_.feel(feel); }
   bool connected() const { return connected_.load(std::memory_order_relaxed) != 0; }
 
  private:

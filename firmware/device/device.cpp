@@ -353,6 +353,7 @@ void Device::service() {
 void Device::serve_dial() {
   const Now now = loop_.now();
   const Wish wish = dial_.service({now.tick, now.position_counts, now.zeroings, now.owner});
+  loop_.feel_dial(dial_.feel());
   if (wish != Wish::nothing_new) loop_.want_dial(wish == Wish::take);
 }
 

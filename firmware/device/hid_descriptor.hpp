@@ -19,6 +19,8 @@ inline constexpr std::uint16_t desktop = 0x01;
 inline constexpr std::uint16_t button = 0x09;
 inline constexpr std::uint16_t ordinal = 0x0A;
 inline constexpr std::uint16_t consumer = 0x0C;
+inline constexpr std::uint16_t digitizer = 0x0D;
+inline constexpr std::uint16_t haptics = 0x0E;
 inline constexpr std::uint16_t pid = 0x0F;
 }  // namespace usage
 

@@ -42,6 +42,12 @@ class TurnWatch {
     return Wish::let_go;
   }
 
+  /// Counts as a turn at this moment.
+  void touch(std::uint64_t tick) {
+    turned_tick_ = tick;
+    turns_ = true;
+  }
+
  private:
   // More than the flicker of an encoder that stands between two counts.
   static constexpr std::int64_t kTurnedCounts = 2;

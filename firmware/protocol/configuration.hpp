@@ -332,7 +332,7 @@ struct Layout<GameConfig> {
              "stiffness of walls at both ends of the axis, while a game has the actuator; 0: none"),
       choice("personality", &GameConfig::personality,
              "the computer's view of the knob; save it: it takes effect at the next start"),
-      choice("dial_use", &GameConfig::dial_use, "use of a dial: wheel, pan or volume"),
+      choice("dial_use", &GameConfig::dial_use, "use of a dial"),
       number("dial_detents", &GameConfig::dial_detents, "", 1, 240, "detents of a dial in a turn"),
       number("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0, max_torque_nm,
              "torque between two detents of a dial, held down to a stable one; 0: it turns freely"),

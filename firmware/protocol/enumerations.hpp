@@ -103,13 +103,18 @@ struct Enumerators<Personality> {
 
 /// Effect of a dial: clockwise, to larger angles, is down, right or louder.
 enum class DialUse : std::uint8_t {
-  wheel,   // scrolls, in 120 steps a detent where the system can
-  pan,     // scrolls sideways, as finely
-  volume,  // a key press for each detent
+  wheel,            // scrolls, in 120 steps a detent where the system can
+  pan,              // scrolls sideways, as finely
+  volume,           // a key press for each detent
+  radial,           // turns Windows' radial controller; the first button is the controller's
+  wheel_or_pan,     // scrolls; sideways while the first button is pressed
+  wheel_or_volume,  // scrolls; presses the keys while the first button is pressed
+  volume_or_wheel,  // presses the keys; scrolls while the first button is pressed
 };
 template <>
 struct Enumerators<DialUse> {
-  static constexpr std::array<std::string_view, 3> names{"wheel", "pan", "volume"};
+  static constexpr std::array<std::string_view, 7> names{
+      "wheel", "pan", "volume", "radial", "wheel_or_pan", "wheel_or_volume", "volume_or_wheel"};
   static constexpr bool open = false;
 };
 

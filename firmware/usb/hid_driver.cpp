@@ -140,10 +140,9 @@ bool get_report(std::uint8_t port, const tusb_control_request_t& request, Interf
          tud_control_xfer(port, &request, control.data(), static_cast<std::uint16_t>(size));
 }
 
-bool announce_report(std::uint8_t port, const tusb_control_request_t& request,
-                     const Interface& interface) {
+bool announce_report(std::uint8_t port, const tusb_control_request_t& request) {
   const std::uint8_t kind = high_byte(request.wValue);
-  if (kind != kFeature && !(kind == kOutput && interface.function->takes_outputs())) return false;
+  if (kind != kFeature && kind != kOutput) return false;
   if (request.wLength == 0 || request.wLength > control.size()) return false;
   // The stack does not say how much came. A host that sends less than it announced leaves these
   // bytes where a report must be zero.
@@ -174,7 +173,7 @@ bool class_request(std::uint8_t port, const tusb_control_request_t& request, Int
     case kGetReport:
       return in && get_report(port, request, interface);
     case kSetReport:
-      return !in && announce_report(port, request, interface);
+      return !in && announce_report(port, request);
     case kGetIdle:
       control[0] = 0;
       return in && tud_control_xfer(port, &request, control.data(), 1);

@@ -26,9 +26,6 @@ class HidFunction {
   /// @returns false if there is no room now; it is offered again, and the host waits meanwhile
   virtual bool receive(std::span<const std::uint8_t> report) = 0;
 
-  /// Whether there are output reports at all.
-  virtual bool takes_outputs() const { return true; }
-
   /// Writes the next input report.
   /// @returns its size; 0 if there is none
   virtual std::size_t next_input(std::span<std::uint8_t> report) = 0;

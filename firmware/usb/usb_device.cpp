@@ -103,7 +103,10 @@ bool DialFunction::set_feature(std::span<const std::uint8_t> report) {
   return dial_.set_feature(report);
 }
 
-bool DialFunction::receive(std::span<const std::uint8_t>) { return true; }  // it has no use for any
+bool DialFunction::receive(std::span<const std::uint8_t> report) {
+  dial_.receive(report);
+  return true;
+}
 
 std::size_t DialFunction::next_input(std::span<std::uint8_t> report) {
   return dial_.next_input(report);

@@ -56,7 +56,6 @@ class DialFunction final : public HidFunction {
   std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
   std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
   bool set_feature(std::span<const std::uint8_t> report) override;
-  bool takes_outputs() const override { return false; }
   bool receive(std::span<const std::uint8_t> report) override;
   std::size_t next_input(std::span<std::uint8_t> report) override;
   void input_over(bool taken) override;

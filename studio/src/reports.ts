@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 2394703277;
+export const FINGERPRINT: number = 1543374321;
 
 export const RELEASED_FINGERPRINTS: readonly number[] = [2648422947];
 
@@ -400,7 +400,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "join_updates", "kind": "switch", "doc": "on: updates of a steady force are joined by lines, half a frame of the game late; hits pass", "wire": "join_updates", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": true, "shown": true},
       {"name": "end_stiffness_nm_per_rad", "kind": "number", "doc": "stiffness of walls at both ends of the axis, while a game has the actuator; 0: none", "wire": "end_stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
       {"name": "personality", "kind": "choice", "doc": "the computer's view of the knob; save it: it takes effect at the next start", "wire": "personality", "type": "u8", "enumeration": "Personality", "values": ["game_controller", "dial"], "default": "game_controller", "shown": true},
-      {"name": "dial_use", "kind": "choice", "doc": "use of a dial: wheel, pan or volume", "wire": "dial_use", "type": "u8", "enumeration": "DialUse", "values": ["wheel", "pan", "volume"], "default": "wheel", "shown": true},
+      {"name": "dial_use", "kind": "choice", "doc": "use of a dial", "wire": "dial_use", "type": "u8", "enumeration": "DialUse", "values": ["wheel", "pan", "volume", "radial", "wheel_or_pan", "wheel_or_volume", "volume_or_wheel"], "default": "wheel", "shown": true},
       {"name": "dial_detents", "kind": "whole", "doc": "detents of a dial in a turn", "wire": "dial_detents", "type": "u8", "low": 1, "high": 240, "default": 24, "shown": true},
       {"name": "dial_torque_nm", "kind": "number", "doc": "torque between two detents of a dial, held down to a stable one; 0: it turns freely", "wire": "dial_torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.02, "shown": true},
       {"name": "own_damper_percent", "kind": "whole", "doc": "share of a full damper, always felt while somebody turns the knob, with a game and without", "wire": "own_damper_percent", "type": "u8", "low": 0, "high": 100, "default": 0, "shown": true},

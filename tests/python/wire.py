@@ -263,7 +263,10 @@ ENUMERATORS = {
     "dial_coarse": ("off", "on"),
     "remote_wakeup": ("off", "on"),
     "personality": ("game_controller", "dial"),
-    "dial_use": ("wheel", "pan", "volume"),
+    "dial_use": (
+        *("wheel", "pan", "volume", "radial"),
+        *("wheel_or_pan", "wheel_or_volume", "volume_or_wheel"),
+    ),
 }
 for _n in range(3):
     ENUMERATORS[f"effect.{_n}.kind"] = (

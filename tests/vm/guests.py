@@ -92,7 +92,7 @@ def guest_tests(kernel: str) -> list[str]:
             return [test for wanted, test in _collected() if wanted == WITH_GAMES]
         # Tests for which one kernel is enough run on these too.
         games = [test for wanted, test in _collected() if wanted != WITH_GAMES]
-        return [test for test in games if "/test_game" in test]
+        return [test for test in games if "/test_game" in test or "/test_dial" in test]
     # Where only one kernel is booted, it runs everything.
     accepted = {ANY_KERNEL, *([kernel] if kernel in DEBIAN and len(kernels()) > 1 else DEBIAN)}
     return [test for wanted, test in _collected() if wanted in accepted]

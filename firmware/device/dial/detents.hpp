@@ -8,6 +8,7 @@
 #include "core/angle.hpp"
 #include "core/force_source.hpp"
 #include "device/config.hpp"
+#include "device/dial/feel.hpp"
 
 namespace torsio::device::dial {
 
@@ -17,6 +18,8 @@ struct DetentParams {
   core::Pattern pattern;
   float torque_nm = 0;           // between two notches
   std::uint32_t ramp_ticks = 1;  // in which they rise or fall
+  std::uint32_t pulse_ticks = 1;
+  std::uint32_t pulse_step = 0;  // phase of a tick
 };
 
 /// @param personality that the device has started with
@@ -47,12 +50,19 @@ class Detents final : public core::ForceSource {
 
   /// The knob is turned, or at rest.
   void want(bool wanted) { wanted_.store(wanted ? 1 : 0, std::memory_order_relaxed); }
+  void feel(Feel feel) { feel_.store(feel.word, std::memory_order_relaxed); }
 
  private:
+  float pulse_nm(Feel feel);
+
   std::atomic<std::uint32_t> wanted_{0};  // cleared by the interrupt too
+  std::atomic<std::uint32_t> feel_{Feel{}.word};
   DetentParams params_;
   bool rises_ = false;
   std::uint32_t level_ticks_ = 0;  // of params_.ramp_ticks
+  std::uint32_t pulse_ticks_ = 0;  // left of the pulse
+  std::uint32_t pulse_number_ = 0;
+  float pulse_torque_nm_ = 0;
 };
 
 }  // namespace torsio::device::dial

@@ -23,7 +23,21 @@ constexpr std::int64_t kFastTurns = 2;
 // State that the host may not know.
 constexpr std::uint8_t kButtons = 1;
 constexpr std::uint8_t kKeys = 2;
-constexpr std::uint8_t kBoth = kButtons | kKeys;
+constexpr std::uint8_t kPuck = 4;
+constexpr std::uint8_t kAll = kButtons | kKeys | kPuck;
+constexpr std::uint8_t kFirst = 1;  // bit of a button
+
+struct Uses {
+  DialUse free;
+  DialUse pressed;
+};
+
+Uses uses_of(DialUse use) {
+  if (use == DialUse::wheel_or_pan) return {DialUse::wheel, DialUse::pan};
+  if (use == DialUse::wheel_or_volume) return {DialUse::wheel, DialUse::volume};
+  if (use == DialUse::volume_or_wheel) return {DialUse::volume, DialUse::wheel};
+  return {use, use};
+}
 
 /// The nearest multiple of a detent; of two the larger.
 [[gnu::noinline]] std::int64_t whole_detents(std::int64_t units) {
@@ -34,6 +48,14 @@ constexpr std::uint8_t kBoth = kButtons | kKeys;
 
 std::int64_t clamp(std::int64_t value, std::int64_t limit) {
   return value > limit ? limit : value < -limit ? -limit : value;
+}
+
+/// An angle in tenths of a degree, cut off downward.
+std::int64_t tenths(std::int64_t units, std::int64_t detents) {
+  const std::int64_t turn = detents * kUnits;
+  const std::int64_t rest = units % turn;
+  const std::int64_t part = rest < 0 ? rest + turn : rest;
+  return (units - part) / turn * kTurnTenths + part * kTurnTenths / turn;
 }
 
 void put(std::span<std::uint8_t> report, std::size_t at, std::int64_t value) {
@@ -61,7 +83,8 @@ std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
   return (turn * detents_per_turn + notch) * kUnits + (beyond < 0 ? -part : part);
 }
 
-Dial::Dial(const Config& config, std::uint32_t period_ns) : turn_watch_(period_ns) {
+Dial::Dial(const Config& config, std::uint32_t period_ns)
+    : haptics_(period_ns), turn_watch_(period_ns) {
   prompt_ticks_ = kPromptNs / period_ns;
   listen_ticks_ = kListenNs / period_ns;
   deaf_ticks_ = kDeafNs / period_ns;
@@ -70,7 +93,11 @@ Dial::Dial(const Config& config, std::uint32_t period_ns) : turn_watch_(period_n
 }
 
 void Dial::configure(const Config& config) {
-  next_use_ = config.game.dial_use;
+  const Uses uses = uses_of(config.game.dial_use);
+  free_use_ = uses.free;
+  pressed_use_ = uses.pressed;
+  clicked_ = false;
+  haptics_.stop();
   counts_per_rev_ = config.actuator.counts_per_rev;
   detents_ = config.game.dial_detents;
   felt_ = config.game.dial_torque_nm > 0.0F;
@@ -78,6 +105,30 @@ void Dial::configure(const Config& config) {
   coarse_ = config.game.dial_coarse == protocol::Toggle::on;
   fast_steps_ = config.game.dial_fast_steps;
   skip();
+}
+
+/// The first button is not the mouse's.
+bool Dial::takes_button() const {
+  return free_use_ == DialUse::radial || pressed_use_ != free_use_;
+}
+
+std::uint8_t Dial::mouse_buttons() const {
+  const std::uint8_t taken = takes_button() ? kFirst : 0;
+  return static_cast<std::uint8_t>((buttons_ & ~taken) | (clicked_ ? kFirst : 0));
+}
+
+std::uint8_t Dial::puck_button() const {
+  return free_use_ == DialUse::radial ? buttons_ & kFirst : 0;
+}
+
+DialUse Dial::next_use() const { return (buttons_ & kFirst) != 0 ? pressed_use_ : free_use_; }
+
+void Dial::set_buttons(std::uint8_t pressed) {
+  const bool was_down = (buttons_ & kFirst) != 0;
+  const bool is_down = (pressed & kFirst) != 0;
+  if (is_down && !was_down) turned_ = false;
+  if (was_down && !is_down) clicked_ = pressed_use_ != free_use_ && !turned_;
+  buttons_ = pressed;
 }
 
 std::int64_t Dial::here() const {
@@ -88,19 +139,21 @@ std::int64_t Dial::here() const {
 /// The host never hears of the whole detents up to here.
 void Dial::skip() {
   const std::int64_t place = here();
-  told_units_ += whole_detents(place - told_units_);
+  // Nobody counts a radial controller's detents, so it has no sum to fill.
+  told_units_ = use_ == DialUse::radial ? place : told_units_ + whole_detents(place - told_units_);
   debt_ = told_units_ == place ? Debt::none : place % kUnits == 0 ? Debt::fresh : Debt::due;
 }
 
 void Dial::settle() {
   skip();
-  state_due_ = kBoth;
+  state_due_ = kAll;
   listener_ = Listener::unknown;
 }
 
 void Dial::begin_anew() {
   fine_ = 0;
   told_units_ = whole_detents(told_units_);
+  haptics_.begin_anew();
   settle();
 }
 
@@ -109,18 +162,25 @@ Wish Dial::service(const Moment& now) {
   now_ = now;
   // A program's use of the knob is not the desktop's.
   if (moved_origin || now.owner == protocol::Owner::sdk) skip();
-  return turn_watch_.see(now, moved_origin, felt_);
+  if (now.owner == protocol::Owner::sdk || !felt_) haptics_.stop();
+  const bool plays = haptics_.service(now.tick);
+  if (plays) turn_watch_.touch(now.tick);
+  const Wish wish = turn_watch_.see(now, moved_origin, felt_);
+  return plays ? Wish::take : wish;
 }
 
 std::size_t Dial::get_feature(std::uint8_t id, std::span<std::uint8_t> report) const {
-  if (id != kResolutionReport || report.size() < kShortReportSize) return 0;
+  if (id != kResolutionReport) return haptics_.get_feature(id, report);
+  if (report.size() < kShortReportSize) return 0;
   report[0] = kResolutionReport;
   report[1] = fine_;
   return kShortReportSize;
 }
 
 bool Dial::set_feature(std::span<const std::uint8_t> report) {
-  if (report.size() != kShortReportSize || report[0] != kResolutionReport) return false;
+  if (report.size() != kShortReportSize || report[0] != kResolutionReport) {
+    return haptics_.set_feature(report);
+  }
   if ((report[1] & ~(kWheelFine | kPanFine)) != 0) return false;
   if ((fine_ & ~report[1]) != 0) told_units_ = whole_detents(told_units_);
   fine_ = report[1];
@@ -134,32 +194,43 @@ std::size_t Dial::get_input(std::uint8_t id, std::span<std::uint8_t> report) con
     report[1] = keys_told_;
     return kShortReportSize;
   }
-  if (id != kMouseReport) return 0;
+  if (id != kMouseReport && id != kRadialReport) return 0;
+  const bool radial = id == kRadialReport;
   std::fill_n(report.begin(), kMouseReportSize, std::uint8_t{0});
-  report[0] = kMouseReport;
-  report[1] = buttons_;
-  return kMouseReportSize;
+  report[0] = id;
+  report[1] = radial ? puck_button() : mouse_buttons();
+  return radial ? kRadialReportSize : kMouseReportSize;
 }
 
 std::size_t Dial::next_input(std::span<std::uint8_t> report) {
   if (report.size() < kMouseReportSize) return 0;
   if (listener_ == Listener::late && now_.tick - over_tick_ < deaf_ticks_) return 0;
-  if (use_ != next_use_ && told_units_ % kUnits == 0) {
-    use_ = next_use_;
-    skip();
-  }
-  std::size_t size = state_due_ != 0 ? tell_state(report) : 0;
-  if (size == 0 && (use_ == DialUse::volume || keys_told_ != 0)) size = next_volume(report);
-  if (size == 0) size = next_mouse(report);
+  change_use();
+  const std::size_t size = state_due_ != 0 ? tell_state(report) : tell_news(report);
   if (size != 0) given_tick_ = now_.tick;
   return size;
+}
+
+/// A use whose host sums up units ends where the sum is full.
+void Dial::change_use() {
+  if (use_ == next_use() || (use_ != DialUse::radial && told_units_ % kUnits != 0)) return;
+  told_units_ = whole_detents(told_units_);
+  use_ = next_use();
+  skip();
+}
+
+std::size_t Dial::tell_news(std::span<std::uint8_t> report) {
+  std::size_t size = 0;
+  if (use_ == DialUse::volume || keys_told_ != 0) size = next_volume(report);
+  if (size == 0 && (use_ == DialUse::radial || puck_told_ != 0)) size = next_radial(report);
+  return size != 0 ? size : next_mouse(report);
 }
 
 void Dial::input_over(bool taken) {
   if (!taken) told_units_ -= given_units_;
   const bool late = !taken || now_.tick - given_tick_ > prompt_ticks_;
   given_units_ = 0;
-  if (late) state_due_ = kBoth;
+  if (late) state_due_ = kAll;
   listener_ = late ? Listener::late : Listener::prompt;
   over_tick_ = now_.tick;
 }
@@ -169,22 +240,33 @@ bool Dial::listens() const {
   return listener_ == Listener::prompt && now_.tick - over_tick_ <= listen_ticks_;
 }
 
-/// The pressed keys, without any turn.
+/// What is pressed, without any turn.
 std::size_t Dial::tell_state(std::span<std::uint8_t> report) {
   if ((state_due_ & kKeys) != 0) {
-    state_due_ &= kButtons;
+    state_due_ &= static_cast<std::uint8_t>(~kKeys);
     keys_told_ = 0;
     return get_input(kVolumeReport, report);
   }
-  state_due_ = 0;
-  buttons_told_ = buttons_;
-  return get_input(kMouseReport, report);
+  return tell_buttons(report, (state_due_ & kPuck) != 0 ? kRadialReport : kMouseReport);
+}
+
+std::size_t Dial::tell_buttons(std::span<std::uint8_t> report, std::uint8_t id) {
+  const std::size_t size = get_input(id, report);
+  if (id == kRadialReport) {
+    state_due_ &= static_cast<std::uint8_t>(~kPuck);
+    puck_told_ = report[1];
+    return size;
+  }
+  state_due_ &= static_cast<std::uint8_t>(~kButtons);
+  buttons_told_ = report[1];
+  clicked_ = false;
+  return size;
 }
 
 /// Whole steps; the rest goes out with the next ones.
 std::int64_t Dial::next_units(bool fine) {
   // Each use has a sum of its own in the host, which is to stay full.
-  if (use_ != next_use_) return whole_detents(told_units_) - told_units_;
+  if (use_ != next_use()) return whole_detents(told_units_) - told_units_;
   const std::int64_t place = here();
   const std::int64_t away = place - told_units_;
   if (!fine || coarse_) return away / kUnits * kUnits;
@@ -209,11 +291,13 @@ std::int64_t Dial::speed_bonus(std::int64_t passed_units) {
 std::size_t Dial::next_mouse(std::span<std::uint8_t> report) {
   const bool fine = (fine_ & (use_ == DialUse::pan ? kPanFine : kWheelFine)) != 0;
   const std::int64_t unit = fine ? 1 : kUnits;
-  std::int64_t steps = use_ == DialUse::volume ? 0 : clamp(next_units(fine) / unit, kMost);
-  if (steps == 0 && buttons_ == buttons_told_) return 0;
-  const std::size_t size = tell_state(report);
+  const bool scrolls = use_ == DialUse::wheel || use_ == DialUse::pan;
+  std::int64_t steps = scrolls ? clamp(next_units(fine) / unit, kMost) : 0;
+  if (steps == 0 && mouse_buttons() == buttons_told_) return 0;
+  const std::size_t size = tell_buttons(report, kMouseReport);
   if (!listens()) return size;
   given_units_ = static_cast<std::int32_t>(steps * unit);
+  if (steps != 0 && use_ == next_use()) turned_ = true;
   const std::int64_t notch = whole_detents(told_units_);
   told_units_ += given_units_;
   const std::int64_t bonus = speed_bonus(whole_detents(told_units_) - notch) / unit;
@@ -234,9 +318,25 @@ std::size_t Dial::next_volume(std::span<std::uint8_t> report) {
     keys = detents > 0 ? kLouder : kQuieter;
     given_units_ = detents > 0 ? kUnits : -kUnits;
     told_units_ += given_units_;
+    turned_ = true;
   }
   keys_told_ = keys;
   return get_input(kVolumeReport, report);
+}
+
+/// The change of an angle in tenths of a degree, which the host sums up without an error.
+std::size_t Dial::next_radial(std::span<std::uint8_t> report) {
+  const std::int64_t turn_units = std::int64_t{kUnits} * detents_;
+  const std::int64_t place = coarse_ ? whole_detents(here()) : here();
+  const std::int64_t away = use_ == DialUse::radial ? clamp(place - told_units_, turn_units) : 0;
+  const std::int64_t steps = tenths(told_units_ + away, detents_) - tenths(told_units_, detents_);
+  if (steps == 0 && puck_button() == puck_told_) return 0;
+  const std::size_t size = tell_buttons(report, kRadialReport);
+  if (!listens()) return size;
+  given_units_ = static_cast<std::int32_t>(away);
+  told_units_ += away;
+  put(report, 2, steps);
+  return size;
 }
 
 }  // namespace torsio::device::dial

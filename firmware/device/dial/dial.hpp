@@ -4,7 +4,8 @@
 ///
 /// A notch is exactly 120 units at any speed and in both directions, because units follow from the
 /// position and not from its changes. Within an eighth of a pitch of a notch they do not change. So
-/// a knob that friction holds in a notch counts as in it.
+/// a knob that friction holds in a notch counts as in it. A radial controller tells the
+/// same units as an angle.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <span>
 
 #include "device/config.hpp"
+#include "device/dial/haptics.hpp"
 #include "device/turn_watch.hpp"
 #include "protocol/reports.hpp"
 
@@ -33,6 +35,10 @@ class Dial {
   /// Takes a feature report.
   /// @returns false to stall the request; nothing has changed then
   bool set_feature(std::span<const std::uint8_t> report);
+  /// Takes an output report.
+  void receive(std::span<const std::uint8_t> report) {
+    if (free_use_ == protocol::DialUse::radial) haptics_.receive(report);
+  }
   /// Writes an input report as it stands. A wheel tells changes, so it stands still.
   /// @returns its size; 0 stalls the request
   std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) const;
@@ -53,24 +59,35 @@ class Dial {
   /// A host begins that knows nothing: it has not asked for the fine resolution yet.
   void begin_anew();
   /// Buttons that are pressed, bit 0 the first.
-  void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
+  void set_buttons(std::uint8_t pressed);
+  /// What is to be felt.
+  Feel feel() const { return haptics_.feel(free_use_ == protocol::DialUse::radial); }
 
  private:
   /// A part of a detent that the host has not heard of: of where the knob still is, or of before.
   enum class Debt : std::uint8_t { none, fresh, due };
   enum class Listener : std::uint8_t { unknown, prompt, late };
 
+  bool takes_button() const;
+  std::uint8_t mouse_buttons() const;
+  std::uint8_t puck_button() const;
+  protocol::DialUse next_use() const;
   std::int64_t here() const;
   void skip();
   bool listens() const;
   std::int64_t next_units(bool fine);
   std::int64_t speed_bonus(std::int64_t passed_units);
+  void change_use();
+  std::size_t tell_news(std::span<std::uint8_t> report);
   std::size_t tell_state(std::span<std::uint8_t> report);
+  std::size_t tell_buttons(std::span<std::uint8_t> report, std::uint8_t id);
   std::size_t next_mouse(std::span<std::uint8_t> report);
   std::size_t next_volume(std::span<std::uint8_t> report);
+  std::size_t next_radial(std::span<std::uint8_t> report);
 
-  protocol::DialUse use_ = protocol::DialUse::wheel;
-  protocol::DialUse next_use_ = protocol::DialUse::wheel;
+  protocol::DialUse use_ = protocol::DialUse::wheel;          // now
+  protocol::DialUse free_use_ = protocol::DialUse::wheel;     // without a button
+  protocol::DialUse pressed_use_ = protocol::DialUse::wheel;  // while the first one is pressed
   std::uint32_t counts_per_rev_ = 1;
   std::uint32_t detents_ = 1;
   bool felt_ = false;  // it has notches
@@ -88,7 +105,7 @@ class Dial {
   std::int64_t told_units_ = 0;
   std::int32_t given_units_ = 0;  // of them, in the report that is on its way
   Debt debt_ = Debt::none;
-  std::uint8_t state_due_ = 3;  // news for the host: buttons, keys
+  std::uint8_t state_due_ = 7;  // news for the host: buttons, keys, the puck's button
   Listener listener_ = Listener::unknown;
   std::uint64_t given_tick_ = 0;   // when the last report was given
   std::uint64_t over_tick_ = 0;    // when it was taken
@@ -97,7 +114,11 @@ class Dial {
   std::uint8_t buttons_ = 0;
   std::uint8_t buttons_told_ = 0;
   std::uint8_t keys_told_ = 0;
+  std::uint8_t puck_told_ = 0;
+  bool turned_ = false;   // since the first button was pressed
+  bool clicked_ = false;  // it was pressed and let go, which the host has not heard of
 
+  Haptics haptics_;
   TurnWatch turn_watch_;
 };
 

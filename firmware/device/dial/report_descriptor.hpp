@@ -1,7 +1,7 @@
 /// @file
 /// The dial's report descriptor: a mouse whose wheels have a fine resolution that the host may ask
-/// for, and the keys of a volume control. Systems take a wheel by itself for no pointing device;
-/// this mouse never moves.
+/// for, the keys of a volume control, and a radial controller as Windows knows it. Systems take a
+/// wheel by itself for no pointing device; this mouse never moves.
 #pragma once
 
 #include <cstddef>
@@ -14,14 +14,28 @@ namespace torsio::device::dial {
 inline constexpr std::uint8_t kMouseReport = 1;   // buttons, x, y, wheel, pan
 inline constexpr std::uint8_t kVolumeReport = 2;  // keys
 inline constexpr std::uint8_t kResolutionReport = 3;
+inline constexpr std::uint8_t kRadialReport = 4;     // button, turn
+inline constexpr std::uint8_t kHapticsReport = 5;    // trigger, intensity, repeats, period
+inline constexpr std::uint8_t kWaveformsReport = 6;  // what never changes
 inline constexpr std::size_t kMouseReportSize = 8;
-inline constexpr std::size_t kShortReportSize = 2;  // of the other two
-inline constexpr std::uint8_t kWheelFine = 0x01;    // bits of the resolution report
+inline constexpr std::size_t kShortReportSize = 2;  // of the volume and the resolution
+inline constexpr std::size_t kRadialReportSize = 4;
+inline constexpr std::size_t kHapticsReportSize = 6;
+inline constexpr std::size_t kWaveformsReportSize = 11;
+inline constexpr std::uint8_t kWheelFine = 0x01;  // bits of the resolution report
 inline constexpr std::uint8_t kPanFine = 0x04;
 inline constexpr std::uint8_t kLouder = 0x01;  // bits of the volume report
 inline constexpr std::uint8_t kQuieter = 0x02;
 inline constexpr std::int32_t kUnits = 120;  // of a detent, where the resolution is fine
 inline constexpr std::int32_t kMost = 32767;
+inline constexpr std::int32_t kTurnTenths = 3600;  // tenths of a degree
+// Waveforms, by their place in the device's list.
+inline constexpr std::uint8_t kStop = 2;
+inline constexpr std::uint8_t kClick = 3;
+inline constexpr std::uint8_t kBuzz = 4;
+inline constexpr std::uint8_t kClickMs = 8;
+inline constexpr std::uint16_t kMostRetriggerMs = 2000;
+inline constexpr std::uint16_t kCutoffMs = 5000;
 
 namespace detail {
 
@@ -36,6 +50,72 @@ constexpr void describe_wheel(hid::DescriptorWriter& to, std::uint16_t page, std
   to.use(page, id);
   to.limits(-kMost, kMost);
   to.data(hid::Main::input, 16, 1, hid::kChange);
+  to.close();
+}
+
+/// What may be asked for in the same way at once (output) and for the time being (feature).
+constexpr void describe_request(hid::DescriptorWriter& to, hid::Main main, std::uint16_t trigger) {
+  to.use(hid::usage::haptics, trigger);
+  to.limits(main == hid::Main::output ? 1 : 0, kBuzz);
+  to.data(main, 8, 1, hid::kVariable);
+  to.use(hid::usage::haptics, 0x23);  // intensity
+  to.limits(0, 100);
+  to.data(main, 8, 1, hid::kVariable);
+  to.use(hid::usage::haptics, 0x24);  // repeat count
+  to.limits(0, 255);
+  to.data(main, 8, 1, hid::kVariable);
+  to.use(hid::usage::haptics, 0x25);  // retrigger period
+  to.limits(0, kMostRetriggerMs);
+  to.data(main, 16, 1, hid::kVariable);
+}
+
+/// Ordinals 1 and 2 are no waveform and stop, without being named.
+constexpr void describe_waveforms(hid::DescriptorWriter& to) {
+  constexpr std::uint8_t kConst = hid::kConstant;
+  to.open(hid::usage::haptics, 0x10, hid::kLogical);  // waveform list
+  for (const std::uint8_t ordinal : {kClick, kBuzz}) {
+    to.use(hid::usage::ordinal, ordinal);
+    to.limits(ordinal, ordinal, 0x1000 + ordinal, {}, 0x1000 + ordinal);
+    to.data(hid::Main::feature, 8, 1, kConst);
+  }
+  to.close();
+  to.open(hid::usage::haptics, 0x11, hid::kLogical);  // duration list
+  for (const std::uint8_t ordinal : {kClick, kBuzz}) {
+    to.use(hid::usage::ordinal, ordinal);
+    to.limits(0, 255);
+    to.data(hid::Main::feature, 8, 1, kConst);
+  }
+  to.close();
+}
+
+/// Microsoft's "Windows radial controller protocol implementation".
+constexpr void describe_radial(hid::DescriptorWriter& to) {
+  namespace usage = hid::usage;
+  to.open(usage::desktop, 0x0E, hid::kApplication);  // system multi-axis controller
+  to.report_id(kRadialReport);
+  to.open(usage::digitizer, 0x21, hid::kPhysical);  // puck
+  to.use(usage::button, 1);
+  to.limits(0, 1);
+  to.data(hid::Main::input, 1, 1, hid::kVariable);
+  to.data(hid::Main::input, 7, 1, hid::kConstant);
+  to.use(usage::desktop, 0x37);  // dial
+  // Degrees. The exponent is -1 as a nibble, as Microsoft has it.
+  to.limits(-kTurnTenths, kTurnTenths, kTurnTenths, {0x14, 0x0F}, -kTurnTenths);
+  to.data(hid::Main::input, 16, 1, hid::kChange);
+  to.close();
+  to.open(usage::haptics, 0x01, hid::kLogical);  // simple haptic controller
+  to.report_id(kHapticsReport);
+  describe_request(to, hid::Main::output, 0x21);   // manual trigger
+  describe_request(to, hid::Main::feature, 0x20);  // auto trigger
+  to.report_id(kWaveformsReport);
+  to.use(usage::haptics, 0x22);  // auto trigger associated control: the dial above
+  to.limits(0x10037, 0x10037);
+  to.data(hid::Main::feature, 32, 1, hid::kConstant);
+  to.use(usage::haptics, 0x28);  // waveform cutoff time
+  to.limits(0, kMost);
+  to.data(hid::Main::feature, 16, 1, hid::kConstant);
+  describe_waveforms(to);
+  to.close();
   to.close();
 }
 
@@ -72,6 +152,7 @@ constexpr hid::DescriptorWriter describe() {
   }
   to.data(hid::Main::input, 6, 1, hid::kConstant);
   to.close();
+  describe_radial(to);
   return to;
 }
 

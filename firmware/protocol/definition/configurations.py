@@ -259,7 +259,7 @@ GAME_CONFIG = _configuration(
         "personality", e.PERSONALITY,
         "the computer's view of the knob; save it: it takes effect at the next start",
     ),
-    choice("dial_use", e.DIAL_USE, "use of a dial: wheel, pan or volume"),
+    choice("dial_use", e.DIAL_USE, "use of a dial"),
     whole("dial_detents", "u8", 1, 240, "detents of a dial in a turn", default=24),
     torque(
         "dial_torque_nm",

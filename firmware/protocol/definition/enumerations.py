@@ -65,6 +65,10 @@ DIAL_USE = enumeration(
     Value("wheel", "scrolls, in 120 steps a detent where the system can"),
     Value("pan", "scrolls sideways, as finely"),
     Value("volume", "a key press for each detent"),
+    Value("radial", "turns Windows' radial controller; the first button is the controller's"),
+    Value("wheel_or_pan", "scrolls; sideways while the first button is pressed"),
+    Value("wheel_or_volume", "scrolls; presses the keys while the first button is pressed"),
+    Value("volume_or_wheel", "presses the keys; scrolls while the first button is pressed"),
 )
 
 CENTRE = enumeration(

@@ -94,6 +94,13 @@ typedef enum torsio_dial_use {
   TORSIO_DIAL_USE_WHEEL = 0,   ///< scrolls, in 120 steps a detent where the system can
   TORSIO_DIAL_USE_PAN = 1,     ///< scrolls sideways, as finely
   TORSIO_DIAL_USE_VOLUME = 2,  ///< a key press for each detent
+  TORSIO_DIAL_USE_RADIAL =
+      3,  ///< turns Windows' radial controller; the first button is the controller's
+  TORSIO_DIAL_USE_WHEEL_OR_PAN = 4,  ///< scrolls; sideways while the first button is pressed
+  TORSIO_DIAL_USE_WHEEL_OR_VOLUME =
+      5,  ///< scrolls; presses the keys while the first button is pressed
+  TORSIO_DIAL_USE_VOLUME_OR_WHEEL =
+      6,  ///< presses the keys; scrolls while the first button is pressed
 } torsio_dial_use;
 TORSIO_API const char* torsio_dial_use_name(int32_t value);
 
@@ -656,7 +663,7 @@ typedef struct torsio_game_config {
   /// a torsio_personality: the computer's view of the knob; save it: it takes effect at the next
   /// start; at first game_controller
   int32_t personality;
-  /// a torsio_dial_use: use of a dial: wheel, pan or volume; at first wheel
+  /// a torsio_dial_use: use of a dial; at first wheel
   int32_t dial_use;
   /// detents of a dial in a turn; 1 to 240; at first 24
   int32_t dial_detents;

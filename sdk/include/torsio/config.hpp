@@ -34,9 +34,13 @@ enum class Personality : std::uint8_t {
 
 /// Effect of a dial: clockwise, to larger angles, is down, right or louder.
 enum class DialUse : std::uint8_t {
-  wheel,   ///< scrolls, in 120 steps a detent where the system can
-  pan,     ///< scrolls sideways, as finely
-  volume,  ///< a key press for each detent
+  wheel,            ///< scrolls, in 120 steps a detent where the system can
+  pan,              ///< scrolls sideways, as finely
+  volume,           ///< a key press for each detent
+  radial,           ///< turns Windows' radial controller; the first button is the controller's
+  wheel_or_pan,     ///< scrolls; sideways while the first button is pressed
+  wheel_or_volume,  ///< scrolls; presses the keys while the first button is pressed
+  volume_or_wheel,  ///< presses the keys; scrolls while the first button is pressed
 };
 
 /// The actuator as built. The defaults are the reference actuator. Set only while disarmed; another
@@ -165,7 +169,7 @@ struct GameConfig {
   double end_stiffness_nm_per_rad = 0.0;
   /// the computer's view of the knob; save it: it takes effect at the next start
   Personality personality = Personality::game_controller;
-  DialUse dial_use = DialUse::wheel;  ///< use of a dial: wheel, pan or volume
+  DialUse dial_use = DialUse::wheel;  ///< use of a dial
   int dial_detents = 24;              ///< detents of a dial in a turn; 1 to 240
   /// torque between two detents of a dial, held down to a stable one; 0: it turns freely; 0 to 100
   double dial_torque_nm = 0.02;

@@ -53,7 +53,8 @@ struct Names<Personality> {
 };
 template <>
 struct Names<DialUse> {
-  static constexpr std::array<std::string_view, 3> values{"wheel", "pan", "volume"};
+  static constexpr std::array<std::string_view, 7> values{
+      "wheel", "pan", "volume", "radial", "wheel_or_pan", "wheel_or_volume", "volume_or_wheel"};
 };
 template <>
 struct Names<State> {
@@ -512,8 +513,7 @@ struct Fields<GameConfig> {
             "stiffness of walls at both ends of the axis, while a game has the actuator; 0: none"),
         field("personality", &GameConfig::personality, "", -kNoLimit, kNoLimit,
               "the computer's view of the knob; save it: it takes effect at the next start"),
-        field("dial_use", &GameConfig::dial_use, "", -kNoLimit, kNoLimit,
-              "use of a dial: wheel, pan or volume"),
+        field("dial_use", &GameConfig::dial_use, "", -kNoLimit, kNoLimit, "use of a dial"),
         field("dial_detents", &GameConfig::dial_detents, "", 1.0, 240.0,
               "detents of a dial in a turn"),
         field(

@@ -90,7 +90,6 @@ struct Function : torsio::usb_on_the_bench::HidFunction {
     return 3;
   }
   void input_over(bool taken) override { overs.push_back(taken); }
-  bool takes_outputs() const override { return has_outputs; }
   bool set_feature(std::span<const std::uint8_t> report) override {
     features.emplace_back(report.begin(), report.end());
     return true;
@@ -105,7 +104,6 @@ struct Function : torsio::usb_on_the_bench::HidFunction {
   }
 
   bool has_room = true;
-  bool has_outputs = true;
   std::vector<bool> overs;
   int asked = 0;
   std::uint8_t inputs = 0;
@@ -266,8 +264,6 @@ TEST_CASE("driver gives input and feature reports, takes output and feature repo
   for (const int kind : {0, 1, 4}) {
     CHECK_FALSE(bench.setup(0x21, 0x09, static_cast<std::uint16_t>(kind << 8 | 5), 0, 64));
   }
-  bench.function.has_outputs = false;
-  CHECK_FALSE(bench.setup(0x21, 0x09, 0x0205, 0, 64));
   CHECK_FALSE(bench.setup(0x81, 0x06, 0x2201, 0, 64));  // there is one of each
   CHECK_FALSE(bench.setup(0x21, 0x01, 0x0305, 0, 64));  // GET_REPORT with data to the device
   CHECK_FALSE(bench.setup(0xA1, 0x09, 0x0305, 0, 64));  // SET_REPORT with data to the host

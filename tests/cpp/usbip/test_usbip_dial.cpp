@@ -75,7 +75,7 @@ TEST_CASE("a dial that wakes tells what is pressed, changed or not") {
   DialRig rig;
   for (const std::uint8_t pressed : std::initializer_list<std::uint8_t>{0, 1}) {
     rig.knob.device().set_buttons(pressed);
-    for (int reports = 0; reports < (pressed == 0 ? 2 : 1); ++reports) {
+    for (int reports = 0; reports < (pressed == 0 ? 3 : 1); ++reports) {
       rig.listen();
       CHECK(rig.client.wait().data.at(1) == pressed);
     }
@@ -88,6 +88,8 @@ TEST_CASE("a dial that wakes tells what is pressed, changed or not") {
   CHECK_FALSE(rig.client.reply());
   rig.knob.host().resume();
   CHECK(rig.client.wait().data == Bytes{2, 0});
+  rig.listen();
+  CHECK(rig.client.wait().data == Bytes{4, 0, 0, 0});
   rig.listen();
   CHECK(rig.client.wait().data == Bytes{1, 0, 0, 0, 0, 0, 0, 0});
 }

@@ -25,13 +25,26 @@ from tests.vm.guest.gamepad import pressed
 from tests.vm.guest.test_reset import reset_port
 from tests.vm.guest.torque_log import let_pass, turn
 from tests.vm.guest.udev import ENVIRONMENT, run
-from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
+from tests.vm.guest.virtual_bus import TREE, VirtualBus, VirtualKnob, wait_for
 from torsio.apps.cli import app
 
 EV_SYN, EV_KEY, EV_REL = 0x00, 0x01, 0x02
 SYN_DROPPED = 3
 REL_X, REL_HWHEEL, REL_WHEEL, REL_WHEEL_HI_RES, REL_HWHEEL_HI_RES = 0x00, 0x06, 0x08, 0x0B, 0x0C
-KEY_VOLUMEDOWN, KEY_VOLUMEUP, BTN_LEFT = 114, 115, 0x110
+REL_DIAL = 0x07
+KEY_VOLUMEDOWN, KEY_VOLUMEUP, BTN_0, BTN_LEFT = 114, 115, 0x100, 0x110
+# What hid-parser makes of the descriptor that the kernel has.
+PARSER = """
+import sys
+from hid_parser import ReportDescriptor, VariableItem
+device = ReportDescriptor(open(sys.argv[1], "rb").read())
+for kind, number in (("input", 4), ("output", 5), ("feature", 5), ("feature", 6)):
+    found = getattr(device, f"get_{kind}_items")(number)
+    values = [value for value in found if isinstance(value, VariableItem)]
+    size = int(getattr(device, f"get_{kind}_report_size")(number)) // 8
+    named = ((v.usage.page, v.usage.usage, v.logical_min, v.logical_max) for v in values)
+    print(kind, size, *("%x:%x=%d..%d" % tuple(map(int, value)) for value in named))
+"""
 DETENTS, TORQUE_NM = 24, 0.005
 PITCH_RAD = 2 * np.pi / DETENTS
 _EVENT = struct.Struct("<qqHHi")
@@ -39,7 +52,7 @@ _EVENT = struct.Struct("<qqHHi")
 
 def plug_dial(bus: VirtualBus, folder: Path, **settings: str) -> VirtualKnob:
     """Make a knob a dial as a user does, start it anew, and plug it in."""
-    options = ["--status", "--storage", str(folder / "storage")]
+    options = ["--status", "--storage", str(folder / "storage"), "--log", str(folder / "log")]
     first = bus.plug("DIAL", options=options)
     first.say("still")
     settings = {"personality": "dial", "dial-torque-nm": str(TORQUE_NM), **settings}
@@ -61,11 +74,11 @@ class Events:
 
     def __init__(self, knob: VirtualKnob) -> None:
         folder = knob.sysfs / f"{knob.bus_id}:1.1"
-        # A mouse, and the keys of the volume.
+        # A mouse, the keys of the volume, and a radial controller.
         found = wait_for(
-            "two event devices",
+            "three event devices",
             lambda: (
-                nodes if len(nodes := sorted(folder.glob("*/input/input*/event*"))) == 2 else []
+                nodes if len(nodes := sorted(folder.glob("*/input/input*/event*"))) == 3 else []
             ),
         )
         self.paths = [Path("/dev/input") / node.name for node in found]
@@ -98,11 +111,12 @@ class Events:
         fcntl.ioctl(file, 0x80804520 + event, answer)
         return {n for n in range(8 * len(answer)) if answer[n // 8] >> n % 8 & 1}
 
-    def mouse(self) -> Path:
+    def mouse(self, axis: int = REL_WHEEL_HI_RES) -> Path:
+        """Return the device with this axis."""
         (found,) = [
             path
             for path, file in zip(self.paths, self.files, strict=True)
-            if REL_WHEEL_HI_RES in self.bits(file, EV_REL)
+            if axis in self.bits(file, EV_REL)
         ]
         return found
 
@@ -242,6 +256,53 @@ def test_volume_and_pan(bus: VirtualBus, tmp_path: Path) -> None:
     assert sums[EV_REL, REL_HWHEEL_HI_RES] == 360
     assert sums[EV_REL, REL_HWHEEL] == 3
     events.close()
+
+
+def test_radial_controller_turns_is_pressed_and_clicks(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path, **{"dial-use": "radial"})
+    events = Events(knob)
+    dial = events.files[events.paths.index(events.mouse(REL_DIAL))]
+    # Tenths of a degree, clockwise positive.
+    for begin, end in ((0.0, 5.0), (5.0, -2.0)):
+        turn_detents(knob, tmp_path, [(0.3, end)], begin=begin)
+        sums = events.sums()
+        assert sums[EV_REL, REL_DIAL] == 150 * (end - begin)
+        assert {code for kind, code in sums if kind == EV_REL} == {REL_DIAL}
+    knob.say("buttons 1")
+    wait_for("the button", lambda: BTN_0 in pressed(dial))
+    knob.say("buttons 0")
+    wait_for("the button to be let go", lambda: BTN_0 not in pressed(dial))
+    assert not events.sums()[EV_KEY, BTN_LEFT]
+    events.close()
+    # Three clicks that Windows would ask for, and what it reads before.
+    (node,) = (knob.sysfs / f"{knob.bus_id}:1.1").glob("*/hidraw/hidraw*")
+    file = os.open(f"/dev/{node.name}", os.O_RDWR)
+    waveforms = bytearray([6, *bytes(10)])
+    fcntl.ioctl(file, 0xC00B4807, waveforms)  # HIDIOCGFEATURE
+    assert waveforms == struct.pack("<BIH4B", 6, 0x10037, 5000, 3, 4, 8, 0)
+    let_pass(knob, 1.5)  # the dial has let go
+    os.write(file, struct.pack("<4BH", 5, 3, 100, 2, 200))
+    let_pass(knob, 1.5)
+    os.close(file)
+    bus.end()
+    time_s, torque_nm = np.loadtxt(tmp_path / "log", delimiter=",", skiprows=1, usecols=(0, 2)).T
+    loud_s = 1e-9 * time_s[np.abs(torque_nm) > 1e-3]
+    starts_s = loud_s[1:][np.diff(loud_s) > 0.05][-3:]
+    assert np.diff(starts_s) == pytest.approx([0.2, 0.2], abs=0.002)
+
+
+@pytest.mark.games
+def test_another_parser_reads_the_radial_controller(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path)
+    (descriptor,) = (knob.sysfs / f"{knob.bus_id}:1.1").glob("*/report_descriptor")
+    said = run(TREE / "build/players/bin/python", "-W", "ignore", "-c", PARSER, descriptor)
+    asked = "e:23=0..100 e:24=0..255 e:25=0..2000"  # intensity, repeats, period
+    assert said.splitlines() == [
+        "input 3 9:1=0..1 1:37=-3600..3600",
+        f"output 5 e:21=1..4 {asked}",
+        f"feature 5 e:20=0..4 {asked}",
+        "feature 10 e:22=65591..65591 e:28=0..32767 a:3=3..3 a:4=4..4 a:3=0..255 a:4=0..255",
+    ]
 
 
 @pytest.mark.usefixtures("udev")

@@ -299,7 +299,7 @@ class GameConfig(checks.ByName):
     personality
         The computer's view of the knob; save it: it takes effect at the next start.
     dial_use
-        Use of a dial: wheel, pan or volume.
+        Use of a dial.
     dial_detents
         Detents of a dial in a turn; 1 to 240.
     dial_torque_nm
@@ -353,7 +353,9 @@ class GameConfig(checks.ByName):
     join_updates: bool = True
     end_stiffness_nm_per_rad: float = 0.0
     personality: Literal["game_controller", "dial"] = "game_controller"
-    dial_use: Literal["wheel", "pan", "volume"] = "wheel"
+    dial_use: Literal[
+        "wheel", "pan", "volume", "radial", "wheel_or_pan", "wheel_or_volume", "volume_or_wheel"
+    ] = "wheel"
     dial_detents: int = 24
     dial_torque_nm: float = 0.02
     own_damper_percent: int = 0

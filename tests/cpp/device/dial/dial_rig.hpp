@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 #include "device/config_store.hpp"
@@ -35,6 +36,8 @@ class DialRig : public Rig {
     long pan = 0;
     int louder = 0;
     int quieter = 0;
+    int tenths = 0;         // of a degree, of a radial controller
+    std::uint8_t puck = 0;  // its button
     std::uint8_t buttons = 0;
     int reports = 0;
     int news = 0;   // reports that say something
@@ -77,6 +80,11 @@ class DialRig : public Rig {
         heard.ups += std::max(sum_ / 120, 0);
         heard.downs += std::max(-sum_ / 120, 0);
         sum_ -= sum_ / 120 * 120;
+      } else if (report[0] == 4) {
+        REQUIRE(size == 4);
+        CHECK(std::abs(i16(report, 2)) <= 3600);
+        heard.puck = report[1];
+        heard.tenths += i16(report, 2);
       } else {
         REQUIRE(report[0] == 2);
         REQUIRE(size == 2);

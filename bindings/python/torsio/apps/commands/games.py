@@ -198,7 +198,7 @@ _SETTINGS = {
     "reversed": ("--reversed/--forward", "Axis, games' forces and dial the other way."),
     "enabled": ("--allow/--shut-out", "Let games use the actuator, or not."),
     "personality": ("--personality", "game_controller or dial, from the next start on."),
-    "dial_use": ("--dial-use", "Use of a dial: wheel, pan or volume."),
+    "dial_use": ("--dial-use", "Use of a dial, such as wheel, volume or radial."),
     "dial_detents": ("--dial-detents", "Detents of a dial, in a turn."),
     "dial_torque_nm": ("--dial-torque-nm", "Torque of a dial's detents; 0: none."),
     "dial_coarse": ("--dial-coarse/--dial-fine", "Whole detents, or as the host asks."),
