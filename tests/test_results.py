@@ -50,6 +50,20 @@ def test_page_has_the_marks_of_all_printers_and_names_their_commands() -> None:
         assert f"./dev bench {name}" in PAGE
 
 
+def test_reference_promises_no_sooner_off_than_was_measured() -> None:
+    hardware = (tables.PAGE.parent / "reference/hardware.md").read_text(encoding="utf-8")
+    told = re.findall(r"\| `(\w+)` \| (?:about |[\d.]+ to )?([\d.]+) ms \|", hardware)
+    measured: dict[str, list[float]] = {}
+    for line in _table(PAGE, "guards").splitlines():
+        if fault := re.search(r" ms \| `(\w+)` \|", line):
+            times = re.findall(r"([\d.]+) ms \|", line)
+            measured.setdefault(fault[1], []).extend(map(float, times))
+    faults = {fault for fault, _ in told}
+    assert {"emergency_stop", "actuator", "winding", "supply"} <= faults
+    for fault in faults & measured.keys():
+        assert max(measured[fault]) <= max(float(ms) for of, ms in told if of == fault), fault
+
+
 def test_note_says_which_revision_and_machine_measured() -> None:
     assert NOTE.fullmatch(tables.where())
 

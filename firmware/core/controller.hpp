@@ -77,7 +77,7 @@ inline Overlay overlay_of(const ControllerParams& params, const Scene& scene) {
   return overlay;
 }
 
-/// Whether that is anything, so that it must be told where nothing else is beside the scene.
+/// Whether the ledger, a bent shaft or an impact needs the slower tick.
 constexpr bool is_needed(const Overlay& overlay) {
   return overlay.ledger || overlay.bent || overlay.impacts;
 }

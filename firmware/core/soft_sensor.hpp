@@ -59,8 +59,8 @@ constexpr float sense_piece(SoftSensorState& state, const ShaftPiece& piece, flo
 [[gnu::noinline]] float cross_knees(SoftSensorState& state, const ShaftParams& shaft,
                                     float delta_rad, float capacity_nm, bool driven);
 
-/// The same for a shaft with knees. Each piece is a straight line; where the tick ends on the one
-/// on which it began, no other has a say. Exact at the knees and between them.
+/// The same for a shaft with knees. Each piece is a straight line. If a tick begins and ends on one
+/// piece, only that piece counts. Exact at the knees and between them.
 template <bool kDriven>
 constexpr float sense_bent_shaft(SoftSensorState& state, const ShaftParams& shaft, float delta_rad,
                                  float capacity_nm) {

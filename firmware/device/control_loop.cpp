@@ -41,8 +41,8 @@ bool Faults::latch(std::uint32_t now, Phase phase) {
   causes = static_cast<std::uint16_t>(now);
   if ((now & ~latched) == 0) return false;
   latched = static_cast<std::uint16_t>(latched | now);
-  // Often the board is at its computer before its supply is on: nobody need clear that, nor what
-  // bridges and sensor say that have no supply.
+  // The computer is often on before the supply. Then nobody has to clear these faults: they go
+  // when the supply comes.
   unpowered = (phase == Phase::fault ? unpowered : phase == Phase::disarmed) &&
               (latched & ~kUnpowered) == 0;
   forgives = unpowered && (latched & fault::supply) != 0;
@@ -334,8 +334,8 @@ bool ControlLoop::rise() {
   return true;
 }
 
-/// The law's bound may be all that is beside the scene. The first tick after a change still has to
-/// tell it of that.
+/// Notes that the law's bound alone is active. The first tick after a change still has to tell the
+/// bound of it.
 void ControlLoop::bound_alone() {
   if (scene_ != nullptr && core::plays_in_time(*scene_)) return;
   const core::BoundState& bound = controller_.bound;

@@ -6,7 +6,7 @@
 
 namespace torsio {
 
-/// Returns when it is there, or cannot be: a disk that takes itself away is no error.
+/// Returns when the data is on the disk. A removed disk is not an error.
 void sync_file(const std::filesystem::path& path) noexcept;
 
 }  // namespace torsio

@@ -158,7 +158,9 @@ def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:
     assert len(figures) == len(rows)
     assert [of for of in figures if not any(of.startswith(name) for name in named)] == []
     low, high = parts.total_eur(parts.load())
-    assert f"{round(low, -1):.0f} to {round(high, -1):,.0f} EUR" in page
+    price = f"{round(low, -1):.0f} to {round(high, -1):,.0f} EUR"
+    assert price in page
+    assert price in (TREE / "README.md").read_text(encoding="utf-8")
     manifest = (TREE / "hardware/okh.toml").read_text(encoding="utf-8")
     named = re.findall(r'"([^"]+\.(?:md|csv|toml|py))"', manifest)
     assert len(named) >= 5

@@ -52,6 +52,7 @@ _CODE = (
 )
 _BOARD_PAGES = ("docs/results.md", "docs/results/paper.md")
 _MAKING_PAGES = (
+    "README.md",
     *("docs/how-to/build.md", "docs/reference/hardware.md", "docs/reference/reference-knob.md"),
 )
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")

@@ -47,7 +47,7 @@ class BrakeCurve(checks.ShortRepr):
     half_width_nm: float
 
     def widened(self, other: BrakeCurve) -> BrakeCurve:
-        """Add to each uncertainty by how much the point is another in another case."""
+        """Add the difference between both cases to the uncertainty of each point."""
         points = tuple(
             replace(one, sigma_nm=math.hypot(one.sigma_nm, one.torque_nm - its.torque_nm))
             for one, its in zip(self.points, other.points, strict=True)

@@ -117,7 +117,7 @@ def by_brake(found: dict[str, Quantity], top_nm: float, speed_rad_s: float) -> d
 
 
 def widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:
-    """Add to each uncertainty by how much the value is another in another case.
+    """Add the difference between both cases to the uncertainty of each value.
 
     A missing quantity counts as zero, so it is uncertain by all of itself.
     """

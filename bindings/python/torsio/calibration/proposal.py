@@ -242,9 +242,9 @@ def _proposed(
 def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> float:
     """Give the assist: the certain friction, less a reserve for wear.
 
-    The remains of the brake's loop are not: a knob that has not braked yet is without them. The
-    part that holds a steady pull stays too; otherwise a knob pushed that way would go on. Keep the
-    configured value if the difference may be noise.
+    Leave out the friction that the brake's loop keeps: a knob that has not braked yet lacks it.
+    Leave out the part that holds a steady pull; otherwise a knob pushed that way would go on. Keep
+    the configured value if the difference may be noise.
     """
     # The sum is at least as certain as the drag, which is all friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]

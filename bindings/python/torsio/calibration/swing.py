@@ -96,12 +96,12 @@ def estimate_swing(
     def best_of(starts: list[Array]) -> Array:
         return min(starts, key=cost)
 
-    # The period says the inertia; from too far away the fit would settle a period beside it.
+    # Start from the inertia that the period gives. A poor start ends on a neighbouring period.
     first = float(angle[0])
     start = np.array([inertia, _DAMPING, rest, first])
     for shares in (np.geomspace(0.25, 0.97, 8), np.geomspace(0.9, 1.11, 7)):
         start = best_of([start * [share, 1.0, 1.0, 1.0] for share in shares])
-    # Where in its count the knob lay is not known, and where it sticks later jumps with that.
+    # The position within a count is unknown. A small change of it makes the sticking point jump.
     within = np.linspace(-0.45, 0.45, 7) * log.count_rad
     start = best_of(
         [

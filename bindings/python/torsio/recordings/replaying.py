@@ -329,7 +329,7 @@ def _wanted(
     missing = recorded.telemetry["tick"][~there]
     told = [content for _, sent, content in recorded.reports if not sent]
     if not recorded.inputs:
-        # Nobody knows who had asked for those before the first that was asked for in the recording.
+        # Ignore samples before the recording's first request.
         missing = missing[missing >= min(samples, default=0)]
     elif not recorded.whole:
         # A torn file has more of the device's outputs than of its inputs.
