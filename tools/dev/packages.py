@@ -119,7 +119,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "players": (
             ("libois-dev", _header("ois/OIS.h")),
             ("libsdl2-tests", _file("/usr/libexec/installed-tests/SDL2/testhaptic")),
-            ("python3-evdev", _file("/usr/lib/python3/dist-packages/evdev/__init__.py")),
+            ("python3-evdev", Path("/usr/lib/python3/dist-packages/evdev").is_dir),
         ),
         "wheels": (
             ("libudev-dev", _header("libudev.h")),
