@@ -2,7 +2,8 @@
 
 ``python -m tools.prose`` prints words, words a sentence and the share of long sentences by page.
 Code, printed tables and licences are no words; sentences are counted in the text alone, without
-headings and tables.
+headings and tables. A page may not get much worse than the table in ``docs/results.md`` has it;
+``--note`` puts today's figures there.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 TREE = Path(__file__).parent.parent
+RESULTS = "docs/results.md"
 LONG = 30  # words
 MAX_MEAN = 15.0
 MAX_LONG_SHARE = 0.05
@@ -25,6 +27,10 @@ SHORT_PAGES = {
     "docs/explanation/theory.md": 4500,
 }
 MAX_HOW_TO = 450  # a screen
+
+# How much more than its row in the table of results a page may have.
+MORE_WORDS, MORE_SHARE, MORE_MEAN = 30, 0.1, 1.0
+_ROW = re.compile(r"^\| \[[^\]]+\]\(([^)]+)\) \|(.*)\| ([\d,]+) \| ([\d.]+) \| (\d+)% \|$", re.M)
 
 PRINTED_PAGE = "docs/reference/protocol.md"
 # Printed tables, comments, and the licences of parts by others.
@@ -141,16 +147,59 @@ def complaints(measured: dict[str, Measure]) -> list[str]:
     return found
 
 
-def main() -> int:
+def _page(link: str) -> str:
+    return link.removeprefix("../") if link.startswith("../") else f"docs/{link}"
+
+
+def worse(measured: dict[str, Measure], results: str) -> list[str]:
+    """Tell which pages are much longer or harder than the table of results has them."""
+    noted = {
+        _page(row[1]): (int(row[3].replace(",", "")), float(row[4]))
+        for row in _ROW.finditer(results)
+    }
+    found = []
+    for page, (words, mean, _) in measured.items():
+        if page not in noted:
+            found.append(f"{page}: no row in {RESULTS}; add one, then `tools.prose --note`")
+            continue
+        most = noted[page][0] * (1.0 + MORE_SHARE) + MORE_WORDS
+        if words > most or mean > noted[page][1] + MORE_MEAN:
+            found.append(
+                f"{page}: {words} words, {mean:.1f} a sentence; {noted[page][0]} and "
+                f"{noted[page][1]} before: shorten it, or `tools.prose --note` if it must be"
+            )
+    return found
+
+
+def with_notes(measured: dict[str, Measure], results: str) -> str:
+    """Put today's figures into the table of results."""
+
+    def row(found: re.Match[str]) -> str:
+        words, mean, share = measured[_page(found[1])]
+        begin = found[0][: found.start(3) - found.start()]
+        return f"{begin}{words:,} | {mean:.1f} | {share:.0%} |"
+
+    total = f"{sum(page.words for page in measured.values()):,}"
+    results = _ROW.sub(row, results)
+    return re.sub(
+        r"^(\| all, .* \| )[\d,]+( \| [\d.]+ \| \d+% \|)$", rf"\g<1>{total}\2", results, flags=re.M
+    )
+
+
+def main(arguments: list[str]) -> int:
     """Print the table, and what is wrong with it."""
     measured = pages()
+    results = (TREE / RESULTS).read_text(encoding="utf-8")
+    if "--note" in arguments:
+        results = with_notes(measured, results)
+        (TREE / RESULTS).write_text(results, encoding="utf-8")
     for page, (words, mean, share) in measured.items():
         print(f"{page:32} {words:6} words {mean:5.1f} a sentence {share:6.1%} long")
     print(f"{'all':32} {sum(page.words for page in measured.values()):6} words")
-    found = complaints(measured) + riddles() + comments()
+    found = complaints(measured) + worse(measured, results) + riddles() + comments()
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
