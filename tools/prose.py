@@ -30,7 +30,9 @@ MAX_HOW_TO = 450  # a screen
 
 # How much more than its row in the table of results a page may have.
 MORE_WORDS, MORE_SHARE, MORE_MEAN = 30, 0.1, 1.0
-_ROW = re.compile(r"^\| \[[^\]]+\]\(([^)]+)\) \|(.*)\| ([\d,]+) \| ([\d.]+) \| (\d+)% \|$", re.M)
+_ROW = re.compile(
+    r"^\| (?:\[[^\]]+\]\(([^)]+)\)|README of docs) \|.*\| ([\d,]+) \| ([\d.]+) \| \d+% \|$", re.M
+)
 
 PRINTED_PAGE = "docs/reference/protocol.md"
 # Printed tables, comments, and the licences of parts by others.
@@ -147,14 +149,16 @@ def complaints(measured: dict[str, Measure]) -> list[str]:
     return found
 
 
-def _page(link: str) -> str:
+def _page(link: str | None) -> str:
+    if link is None:
+        return "docs/README.md"  # the site has no page of it
     return link.removeprefix("../") if link.startswith("../") else f"docs/{link}"
 
 
 def worse(measured: dict[str, Measure], results: str) -> list[str]:
     """Tell which pages are much longer or harder than the table of results has them."""
     noted = {
-        _page(row[1]): (int(row[3].replace(",", "")), float(row[4]))
+        _page(row[1]): (int(row[2].replace(",", "")), float(row[3]))
         for row in _ROW.finditer(results)
     }
     found = []
@@ -176,7 +180,7 @@ def with_notes(measured: dict[str, Measure], results: str) -> str:
 
     def row(found: re.Match[str]) -> str:
         words, mean, share = measured[_page(found[1])]
-        begin = found[0][: found.start(3) - found.start()]
+        begin = found[0][: found.start(2) - found.start()]
         return f"{begin}{words:,} | {mean:.1f} | {share:.0%} |"
 
     total = f"{sum(page.words for page in measured.values()):,}"
