@@ -18,6 +18,7 @@ export class Games {
   readonly #fold = byId<HTMLDetailsElement>("games");
   readonly #rows = new Map<number, Row>();
   #looks = 0;
+  #last = { tick: 0, clipped: 0 };
 
   constructor(private readonly knob: () => Knob | undefined) {
     setInterval(() => void this.#look(), LOOK_MS);
@@ -41,6 +42,10 @@ export class Games {
     for (const [block, { seen }] of this.#rows) {
       if (!monitor.effects || this.#looks - seen > TURNS) this.#rows.delete(block);
     }
+    const asked = Number(monitor.asked_percent);
+    const now = { tick: Number(monitor.tick), clipped: Number(monitor.clipped_ticks) };
+    const often = (now.clipped - this.#last.clipped) / (now.tick - this.#last.tick);
+    this.#last = now;
     const milli = (torque: Value | undefined): string => (1e3 * Number(torque) * torqueStepNm).toFixed(1);
     const words = !monitor.updates ? ["no game has said anything since power-up"] : [
       monitor.owner === "game" ? "a game has the actuator" : "no game has the actuator",
@@ -50,8 +55,10 @@ export class Games {
       `together ${milli(monitor.torque)} mN·m`,
       `${String(monitor.updates)} reports`,
       `${String(monitor.effects)} effects`,
-      ...(Number(monitor.asked_percent) > 100
-        ? [`together they ask for ${String(monitor.asked_percent)} % of their limit: gain × ${(100 / Number(monitor.asked_percent)).toFixed(2)} fits them in`] : []),
+      ...(asked > 100 ? [
+        `together they ask for ${asked} % of their limit`, `clipped ${Math.round(100 * often)} % of the time`,
+        `gain × ${(Math.floor(1e4 / asked) / 100).toFixed(2)} fits them in`,
+      ] : []),
     ];
     byId("games-state").textContent = words.join(", ");
     const cells = (values: readonly string[]): Node[] => values.map((value) => element("td", {}, value));

@@ -147,6 +147,14 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
         assert cells[:3] == [str(effect.block), "constant", "playing"]
         assert float(cells[3]) == pytest.approx(1e3 * effect.torque_nm, abs=0.06)
         assert effect.torque_nm != 0
+        # Three effects of the whole limit each.
+        game.constant(block, 32767)
+        for _ in range(2):
+            more = game.create(CONSTANT)
+            game.constant(more, 32767)
+            game.play(more)
+        asked = "ask for 300 % of their limit, clipped 100 % of the time"
+        expect(page.locator("#games-state")).to_contain_text(asked)
         knob.close()
         expect(page.locator("#message")).to_contain_text("closed its knob")
 

@@ -83,6 +83,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("libinput-tools", _program("libinput")),
             # Linux's own programs that try forces out.
             ("joystick", _program("fftest")),
+            # A player's library that takes a second to try.
+            ("python3-evdev", Path("/usr/lib/python3/dist-packages/evdev").is_dir),
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
@@ -119,7 +121,6 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "players": (
             ("libois-dev", _header("ois/OIS.h")),
             ("libsdl2-tests", _file("/usr/libexec/installed-tests/SDL2/testhaptic")),
-            ("python3-evdev", Path("/usr/lib/python3/dist-packages/evdev").is_dir),
         ),
         "wheels": (
             ("libudev-dev", _header("libudev.h")),

@@ -13,7 +13,7 @@ from tests.vm.guest.torque_log import held, let_pass, pieces, plug, read_log, tu
 from tests.vm.guest.udev import run
 from tests.vm.guest.virtual_bus import TREE, VirtualBus, wait_for
 
-pytestmark = [pytest.mark.games, pytest.mark.usefixtures("udev")]
+pytestmark = pytest.mark.usefixtures("udev")
 
 SDL_TESTS = Path("/usr/libexec/installed-tests/SDL2")
 PLAYED_S = 6.0  # testhaptic's time for each effect; the last second is a pause
@@ -33,6 +33,7 @@ knob.erase_effect(number)
 """
 
 
+@pytest.mark.games
 def test_sdl_s_own_test_of_forces_plays_all_of_its_effects(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path, range_deg=90)
     # To and fro, for effects that answer to the motion.
@@ -55,6 +56,7 @@ def test_sdl_s_own_test_of_forces_plays_all_of_its_effects(bus: VirtualBus, tmp_
         assert np.abs(torque[(since_s > 0.2) & (since_s < 4.8)]).max() > 0.01, (n, said)
 
 
+@pytest.mark.games
 def test_sdl_s_own_test_of_rumble_shakes_the_knob_as_hard_as_it_says(
     bus: VirtualBus, tmp_path: Path
 ) -> None:
@@ -69,6 +71,7 @@ def test_sdl_s_own_test_of_rumble_shakes_the_knob_as_hard_as_it_says(
     assert peaks == pytest.approx([0.5, 0.3], rel=0.02)
 
 
+@pytest.mark.games
 @pytest.mark.parametrize("without_udev", ["0", "1"])
 def test_sdl_s_own_test_of_joysticks_sees_axis_and_buttons(
     bus: VirtualBus, tmp_path: Path, without_udev: str
@@ -117,6 +120,7 @@ def test_python_evdev_finds_the_knob_and_pushes_it(bus: VirtualBus, tmp_path: Pa
     assert held(torque) == pytest.approx([0, 0.5, 0], abs=1e-3)
 
 
+@pytest.mark.games
 @pytest.mark.odd_trigger
 def test_ois_opened_late_sees_axis_and_button_and_plays_all_of_its_effects(
     bus: VirtualBus, tmp_path: Path

@@ -1,5 +1,5 @@
 // The player's own feel, gains for each kind of effect, and a knob that goes the other way, each
-// against the closed forms of docs/games.md.
+// against the closed forms of docs/reference/games.md.
 #include <array>
 #include <cmath>
 #include <cstdint>
