@@ -41,6 +41,14 @@ def test_every_document_has_its_place_in_the_lists(source: Path) -> None:
     ]
 
 
+def test_first_page_has_the_two_commands_the_program_and_the_systems_of_readme(
+    source: Path,
+) -> None:
+    first = (source / "index.md").read_text()
+    for words in ("    ./dev demo ", "    ./dev test ", "import torsio\n", "| macOS |"):
+        assert words in first
+
+
 def test_every_link_leads_to_something_in_the_site(source: Path) -> None:
     pages = [page for page in source.rglob("*.md") if "names" not in page.parts]
     links = [(page, link) for page in pages for link in LINK.findall(page.read_text())]

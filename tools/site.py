@@ -63,10 +63,20 @@ Start here if you [have a knob](how-to/permission.md), [build one](how-to/hardwa
 Licence: [MIT](../LICENSE). Parts by others have [their own](../NOTICES.md).
 
 """
+# README's parts that the first page has too.
+_START = ("Try it", "How it works", "In Python", "State")
 
 
 def _toctree(title: str, pages: Iterable[str]) -> str:
     return "\n".join(["```{toctree}", f":caption: {title}", ":maxdepth: 1", "", *pages, "```", ""])
+
+
+def _start() -> str:
+    """Give README's first steps, with links as a document has them."""
+    text = (TREE / "README.md").read_text(encoding="utf-8")
+    parts = re.findall(r"^## (.+)\n((?:(?!^## ).*\n)+)", text, re.M)
+    chosen = "".join(f"## {title}\n{body}" for title, body in parts if title in _START)
+    return chosen.replace("](docs/", "](")
 
 
 def lists() -> dict[str, list[str]]:
@@ -100,13 +110,13 @@ def write_source() -> None:
     headers = [f"names/{name}" for name in _reference()]
     trees = {}
     for title, pages in lists().items():
-        if pages:  # README is not on the site
+        if pages:  # README's part is the first page
             trees[title] = pages
         if title == "Reference":
             trees["Python, name by name"] = [f"names/{module}" for module in _MODULES]
             trees["C++, name by name"] = headers
     (SOURCE / "README.md").unlink()
-    first = _FIRST + "\n".join(_toctree(title, pages) for title, pages in trees.items())
+    first = _FIRST + _start() + "\n".join(_toctree(title, pages) for title, pages in trees.items())
     (SOURCE / "index.md").write_text(first, encoding="utf-8")
     (SOURCE / "conf.py").write_text(_CONFIGURATION, encoding="utf-8")
     for page in SOURCE.rglob("*.md"):
