@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tools import windows
-from tools.dev import building, cli, commands, groups, running
+from tools.dev import building, cli, commands, groups, packages, running
 
 TREE = Path(__file__).parent.parent
 
@@ -79,6 +79,13 @@ def test_every_test_is_in_a_group_that_runs_at_every_change_or_in_a_slow_one() -
     assert left == []
     slow = set((TREE / ".ci/slow").read_text(encoding="utf-8").splitlines())
     assert {f"test {name}" for name, group in groups.GROUPS.items() if group.slow} <= slow
+
+
+def test_package_that_apt_has_installed_is_asked_for_no_more() -> None:
+    listing = running.output_of("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\\n")
+    there = {line.split()[0] for line in listing.splitlines() if line.endswith(" installed")}
+    assert there
+    assert there & set(packages.missing(packages.groups())) == set()
 
 
 @pytest.fixture

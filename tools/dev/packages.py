@@ -29,7 +29,7 @@ def _library(name: str) -> Callable[[], bool]:
     return lambda: succeeds("pkg-config", "--exists", name)
 
 
-def _file(path: str) -> Callable[[], bool]:
+def _executable(path: str) -> Callable[[], bool]:
     return lambda: os.access(path, os.X_OK)
 
 
@@ -42,7 +42,7 @@ def _usbip() -> Package:
     # Ubuntu has it among the tools of its kernels.
     if apt.os_release("ID") == "ubuntu":
         return ("linux-tools-generic", lambda: any(Path("/usr/lib/linux-tools").glob("*/usbip")))
-    return ("usbip", _file("/usr/sbin/usbip"))
+    return ("usbip", _executable("/usr/sbin/usbip"))
 
 
 def groups() -> dict[str, tuple[Package, ...]]:
@@ -78,7 +78,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             # The first program in a machine; it must run without any library.
             ("busybox-static", _static_busybox),
             # Applies the udev rule in a machine.
-            ("udev", _file("/lib/systemd/systemd-udevd")),
+            ("udev", _executable("/lib/systemd/systemd-udevd")),
             # Shows how a desktop understands a dial.
             ("libinput-tools", _program("libinput")),
             # Linux's own programs that try forces out.
@@ -114,13 +114,13 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "windows": (
             ("g++-mingw-w64-x86-64-posix", _program("x86_64-w64-mingw32-g++-posix")),
             ("wine", _program("wine")),
-            ("wine64", _file("/usr/lib/wine/wine64")),
+            ("wine64", _executable("/usr/lib/wine/wine64")),
         ),
         # A Python for Windows comes through Maven; udev's functions are named in its header.
         # Programs that players have. A virtual machine tries them.
         "players": (
             ("libois-dev", _header("ois/OIS.h")),
-            ("libsdl2-tests", _file("/usr/libexec/installed-tests/SDL2/testhaptic")),
+            ("libsdl2-tests", _executable("/usr/libexec/installed-tests/SDL2/testhaptic")),
         ),
         "wheels": (
             ("libudev-dev", _header("libudev.h")),
@@ -130,7 +130,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "game": (("libsdl2-dev", _library("sdl2")),),
         # Reads the C++ headers for the site.
         "documents": (("doxygen", _program("doxygen")),),
-        "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
+        "fresh": (("debootstrap", _executable("/usr/sbin/debootstrap")),),
     }
 
 
