@@ -348,7 +348,7 @@ def build_emulated(names: Sequence[str] = BOARDS) -> None:
             f"mcu/{processor}",
             "tests/mcu",
             _cmake_version(),
-            (f"-DTORSIO_PROCESSOR={processor}",),
+            (f"-DTORSIO_PROCESSOR={processor}", f"-DCMAKE_UNITY_BUILD={processor == 'host'}"),
         )
     if "m0plus" in processors:
         folder = BUILD / "mcu/m0plus"

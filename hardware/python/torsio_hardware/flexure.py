@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_bvp
-from scipy.interpolate import CubicSpline
 
 _CLOSE = 1e-5  # of the rods
 
@@ -172,6 +170,10 @@ def _bend_arm(line: Any, thickness: float, twists: Any) -> tuple[Any, Any]:
     Lengths are over any length, forces for E I = 1. All along the arm the force is the same, and so
     is the torque about the centre: these three are found with the place and turn of each section.
     """
+    # Every command imports this module, and few need SciPy, which takes a quarter of a second.
+    from scipy.integrate import solve_bvp
+    from scipy.interpolate import CubicSpline
+
     share = np.linspace(0.0, 1.0, len(line))
     slope = CubicSpline(share, line).derivative()
 

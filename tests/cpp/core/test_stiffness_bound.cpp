@@ -16,11 +16,11 @@ using namespace torsio::core;
 using doctest::Approx;
 
 /// A bound of 0.01 N m for each count.
-struct Bench {
+struct BoundBench {
   BoundState state;
   std::uint64_t now = 0;
 
-  Bench() {
+  BoundBench() {
     state.params = {0.01F, 1.0F / 64, 40, 150};
     set_share(state, 1.0F);
   }
@@ -40,7 +40,7 @@ struct Bench {
 
 TEST_CASE("what rises no steeper than the bound is left alone, either way") {
   for (const int sign : {1, -1}) {
-    Bench bench;
+    BoundBench bench;
     for (int n = 1; n <= 5; ++n) {
       CHECK(bench.step(-sign * 0.009 * n, sign) == Approx(-sign * 0.009 * n));
     }
@@ -50,7 +50,7 @@ TEST_CASE("what rises no steeper than the bound is left alone, either way") {
 
 TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more at rest") {
   for (const int sign : {1, -1}) {
-    Bench bench;
+    BoundBench bench;
     bench.state.params.buzz_ticks = 0;  // no swing is one
     CHECK(bench.step(-sign * 0.1, sign) == Approx(-sign * 0.01));
     CHECK(bench.step(-sign * 0.2, sign) == Approx(-sign * 0.02));
@@ -69,7 +69,7 @@ TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more a
 
 TEST_CASE("what is limited gives on the way back what it took on the way in, and no more") {
   for (const int sign : {1, -1}) {
-    Bench bench;
+    BoundBench bench;
     bench.state.params.buzz_ticks = 0;  // no swing is one
     const double in[] = {0.01, 0.02, 0.03, 0.04, 0.05, 0.05, 0.05, 0.05};
     for (const double torque_nm : in) {
@@ -91,7 +91,7 @@ TEST_CASE("what is limited gives on the way back what it took on the way in, and
 
 TEST_CASE("what is steep again behind a plateau is bounded from there") {
   for (const int sign : {1, -1}) {
-    Bench bench;
+    BoundBench bench;
     bench.state.params.buzz_ticks = 0;
     for (int n = 0; n < 9; ++n) bench.step(-sign * 0.03, sign);
     REQUIRE(bench.state.on_line);
@@ -103,18 +103,18 @@ TEST_CASE("what is steep again behind a plateau is bounded from there") {
 
 TEST_CASE("what changes in time passes whole, bounded or not") {
   for (const int sign : {1, -1}) {
-    Bench bench;
+    BoundBench bench;
     CHECK(bench.step(-sign * 0.3, sign, -sign * 0.3) == Approx(-sign * 0.3));
     CHECK(bench.step(-sign * 0.4, sign) == Approx(-sign * 0.31));
     CHECK(bench.step(-sign * 0.5, 0, -sign * 0.1) == Approx(-sign * 0.41));
-    Bench fading;
+    BoundBench fading;
     CHECK(fading.step(-sign * 0.5, 0, -sign * 0.5) == Approx(-sign * 0.5));
     CHECK(fading.step(-sign * 0.2, -sign, sign * 0.3) == Approx(-sign * 0.2));
   }
 }
 
 TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the second on") {
-  Bench bench;
+  BoundBench bench;
   double share = 1.0;
   bench.swing(20, 1);
   for (int n = 0; n < 12; ++n) {
@@ -130,7 +130,7 @@ TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the 
 }
 
 TEST_CASE("swings that look a count wider and narrower by turns do not get smaller") {
-  Bench bench;
+  BoundBench bench;
   for (int n = 0; n < 6; ++n) {
     bench.swing(4, 1);
     bench.swing(3, -1);
@@ -139,22 +139,22 @@ TEST_CASE("swings that look a count wider and narrower by turns do not get small
 }
 
 TEST_CASE("swings that get smaller, a hand's, and an encoder that flickers leave the bound alone") {
-  Bench dying;
+  BoundBench dying;
   int width = 30;
   for (int n = 0; n < 8; ++n, width = width * 3 / 4) dying.swing(width, n % 2 == 0 ? 1 : -1);
   CHECK(dying.state.share == 1.0F);
 
-  Bench by_hand;
+  BoundBench by_hand;
   for (int n = 0; n < 8; ++n) by_hand.swing(60, n % 2 == 0 ? 1 : -1);
   CHECK(by_hand.state.share == 1.0F);
 
-  Bench flicker;
+  BoundBench flicker;
   for (int n = 0; n < 100; ++n) flicker.step(0.0, n % 2 == 0 ? 2 : -2);
   CHECK(flicker.state.share == 1.0F);
 }
 
 TEST_CASE("a flicker brings down what a count switches of the scene, then of the sensor") {
-  Bench bench;
+  BoundBench bench;
   bench.state.params.quiet_share = 0.3F;
   bench.state.params.flicker_ticks = 32;
   bench.swing(3, 1);
@@ -181,7 +181,7 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
 }
 
 TEST_CASE("a narrow swing that hides its turns from a coarse encoder is none of a hand") {
-  Bench bench;
+  BoundBench bench;
   for (int n = 0; n < 8; ++n) {
     bench.swing(4, n % 2 == 0 ? 1 : -1);
     // To and fro by two counts, then on: 60 ticks, too slow for a swing that buzzes.
@@ -204,7 +204,7 @@ TEST_CASE("a narrow swing that hides its turns from a coarse encoder is none of 
 }
 
 TEST_CASE("counts that flicker for a moment only are the encoder's noise under a slow hand") {
-  Bench bench;
+  BoundBench bench;
   bench.state.params.quiet_share = 0.3F;
   bench.state.params.flicker_ticks = 80;
   bench.swing(3, 1);
@@ -216,7 +216,7 @@ TEST_CASE("counts that flicker for a moment only are the encoder's noise under a
 }
 
 TEST_CASE("counts that change slowly are no flicker") {
-  Bench bench;
+  BoundBench bench;
   bench.state.params.quiet_share = 0.3F;
   bench.state.params.flicker_ticks = 5;
   bench.swing(3, 1);
@@ -228,7 +228,7 @@ TEST_CASE("counts that change slowly are no flicker") {
 }
 
 TEST_CASE("a touch after a while begins anew with the whole bound") {
-  Bench bench;
+  BoundBench bench;
   for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
   REQUIRE(bench.state.share < 0.5F);
   for (int n = 0; n < 160; ++n) bench.step(0.0, 0);
@@ -246,7 +246,7 @@ TEST_CASE("a touch after a while begins anew with the whole bound") {
 }
 
 TEST_CASE("a swing that is too slow to buzz costs the trust, and leaves the bound alone") {
-  Bench bench;
+  BoundBench bench;
   for (int n = 0; n < 6; ++n) {
     for (int rest = 0; rest < 50; ++rest) bench.step(0.0, 0);
     bench.swing(20, n % 2 == 0 ? 1 : -1);
@@ -257,7 +257,7 @@ TEST_CASE("a swing that is too slow to buzz costs the trust, and leaves the boun
 }
 
 TEST_CASE("swings that are wide and narrow by turns last, too") {
-  Bench bench;
+  BoundBench bench;
   for (int n = 0; n < 8; ++n) {
     bench.swing(30, 1);
     bench.swing(15, -1);
@@ -266,7 +266,7 @@ TEST_CASE("swings that are wide and narrow by turns last, too") {
   }
   CHECK(bench.state.share < 0.1F);
 
-  Bench by_turns;
+  BoundBench by_turns;
   for (int n = 0; n < 6; ++n) {
     by_turns.swing(30, 1);
     by_turns.swing(20, -1);
@@ -276,7 +276,7 @@ TEST_CASE("swings that are wide and narrow by turns last, too") {
 
 TEST_CASE("a swing that got smaller once and lasts then is seen at the third") {
   for (const auto& [first, later] : {std::pair{30, 24}, std::pair{4, 3}}) {
-    Bench bench;
+    BoundBench bench;
     bench.swing(first, 1);
     for (int n = 0; n < 4; ++n) bench.swing(later, n % 2 == 0 ? -1 : 1);
     CHECK(bench.state.share < 1.0F);
@@ -284,14 +284,14 @@ TEST_CASE("a swing that got smaller once and lasts then is seen at the third") {
 }
 
 TEST_CASE("a knob that rests after a swing is not touched, though its encoder flickers") {
-  Bench bench;
+  BoundBench bench;
   for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
   for (int n = 0; n < 60; ++n) bench.step(0.0, n % 2 == 0 ? 1 : -1);
   CHECK(bench.state.share < 0.5F);
 }
 
 TEST_CASE("a knob that rested between two counts is not moved by a hand when it leaves them") {
-  Bench bench;
+  BoundBench bench;
   bench.state.params.flicker_ticks = 32;
   for (int n = 0; n < 12; ++n) {
     bench.swing(3, n % 2 == 0 ? 1 : -1);
@@ -302,7 +302,7 @@ TEST_CASE("a knob that rested between two counts is not moved by a hand when it 
 
 TEST_CASE("swings that last are unexpected where the parts could render all that is asked") {
   const auto unexpected = [](double slope_nm, float in_time_nm) {
-    Bench bench;
+    BoundBench bench;
     bench.state.in_time_nm = in_time_nm;
     int place = 0;
     for (int n = 0; n < 8; ++n) {
@@ -417,7 +417,7 @@ TEST_CASE("a torque that is none does not stay in the bound of an ordinary tick 
   for (const float none :
        {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
         std::numeric_limits<float>::quiet_NaN()}) {
-    Bench bench;
+    BoundBench bench;
     CHECK(bench.step(-0.1, 1) == Approx(-0.01));
     CHECK_FALSE(is_finite(static_cast<float>(bench.step(static_cast<double>(none), 1))));
     (void)bench.step(-0.005, 1);

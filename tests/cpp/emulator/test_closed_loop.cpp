@@ -19,16 +19,17 @@ using namespace torsio::emulator;
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kMillisecondNs = 1'000'000;
 
 /// A hand that waits for the device to be armed, pushes into the wall and comes out.
 Hand pushing_hand() {
-  return ImpedanceHand{
-      .inertia_kg_m2 = 1e-4,
-      .stiffness_nm_per_rad = 1.0,
-      .damping_nm_s_per_rad = 0.01,
-      .intended_angle_rad =
-          Profile({{20 * kMs, 0.0}, {320 * kMs, 0.16}, {400 * kMs, 0.16}, {700 * kMs, 0.0}})};
+  return ImpedanceHand{.inertia_kg_m2 = 1e-4,
+                       .stiffness_nm_per_rad = 1.0,
+                       .damping_nm_s_per_rad = 0.01,
+                       .intended_angle_rad = Profile({{20 * kMillisecondNs, 0.0},
+                                                      {320 * kMillisecondNs, 0.16},
+                                                      {400 * kMillisecondNs, 0.16},
+                                                      {700 * kMillisecondNs, 0.0}})};
 }
 
 protocol::Wall soft_wall() {
@@ -61,11 +62,11 @@ std::string refusal(const ClosedLoopOptions& options) {
 }  // namespace
 
 TEST_CASE("closed loop is the emulated device without its protocol") {
-  for (const std::int64_t period_ns : {kMs, kMs / 10}) {
+  for (const std::int64_t period_ns : {kMillisecondNs, kMillisecondNs / 10}) {
     for (const protocol::Law law : {protocol::Law::paper, protocol::Law::compensated}) {
       CAPTURE(period_ns);
       ClosedLoop loop(push_into_wall(period_ns, law));
-      const auto ticks = static_cast<std::size_t>(800 * kMs / period_ns);
+      const auto ticks = static_cast<std::size_t>(800 * kMillisecondNs / period_ns);
       const std::vector<LoopRow> rows = run(loop, ticks);
 
       protocol::ControlConfig control{.law = law, .passive_ramp_s = 0.0F};
@@ -77,7 +78,7 @@ TEST_CASE("closed loop is the emulated device without its protocol") {
       REQUIRE(device.write(protocol::encode(soft_wall())));
       REQUIRE(device.write(protocol::encode(protocol::Commit{1, 0, 1})));
       REQUIRE(device.write(protocol::encode(protocol::Command{2, 0, protocol::Op::arm})));
-      device.advance(800 * kMs);
+      device.advance(800 * kMillisecondNs);
       const std::vector<torsio::TruthSample> truth = device.take_truth();
 
       REQUIRE(truth.size() == rows.size());
@@ -95,7 +96,7 @@ TEST_CASE("closed loop is the emulated device without its protocol") {
 }
 
 TEST_CASE("closed loop does not depend on how a run is cut or how often it is recorded") {
-  const ClosedLoopOptions options = push_into_wall(kMs, protocol::Law::paper);
+  const ClosedLoopOptions options = push_into_wall(kMillisecondNs, protocol::Law::paper);
   ClosedLoop whole(options);
   ClosedLoop cut(options);
   ClosedLoop sparse(options);
@@ -159,7 +160,7 @@ TEST_CASE("a held command is given to the actuators and known to the controller"
 }
 
 TEST_CASE("what the law commands of the brake is in the rows, as the brake's model follows it") {
-  ClosedLoop loop(push_into_wall(kMs, protocol::Law::paper));
+  ClosedLoop loop(push_into_wall(kMillisecondNs, protocol::Law::paper));
   const LoopRow pressed = run(loop, 390).back();  // held for 70 ms, several time constants
   CHECK(pressed.brake_command_nm > 0.02F);
   CHECK(pressed.brake_command_nm ==
@@ -192,7 +193,7 @@ TEST_CASE("closed loop refuses what is out of range by name") {
 
 TEST_CASE("replay decides as the closed loop did") {
   for (const protocol::Law law : {protocol::Law::paper, protocol::Law::compensated}) {
-    const ClosedLoopOptions options = push_into_wall(kMs, law);
+    const ClosedLoopOptions options = push_into_wall(kMillisecondNs, law);
     ClosedLoop loop(options);
     const std::vector<LoopRow> rows = run(loop, 800);
     std::vector<std::uint32_t> counts;

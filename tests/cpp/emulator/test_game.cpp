@@ -10,7 +10,8 @@
 
 namespace {
 
-using namespace torsio;
+namespace emulator = torsio::emulator;
+namespace protocol = torsio::protocol;
 using emulator::EmulatedDevice;
 
 constexpr std::uint8_t kSpring = 8, kDamper = 9, kInertia = 10, kFriction = 11;

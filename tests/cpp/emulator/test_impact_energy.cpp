@@ -17,11 +17,11 @@ using torsio::emulator::ClosedLoopOptions;
 namespace protocol = torsio::protocol;
 namespace emulator = torsio::emulator;
 
-constexpr double kStartRad = -0.02;
-constexpr auto kWayTurnsQ32 =
-    static_cast<std::int64_t>(-kStartRad / (2.0 * std::numbers::pi) * 0x1p32);
+constexpr double kBeforeRad = -0.02;
+constexpr auto kFlightTurnsQ32 =
+    static_cast<std::int64_t>(-kBeforeRad / (2.0 * std::numbers::pi) * 0x1p32);
 constexpr std::uint32_t kFineCounts = 32'768;
-constexpr double kCountRad = 2.0 * std::numbers::pi / kFineCounts;
+constexpr double kFineCountRad = 2.0 * std::numbers::pi / kFineCounts;
 constexpr double kTickS = 50e-6;
 
 /// A knob whose motor has no lag comes to an Impact at this speed, on a hand's spring.
@@ -36,7 +36,7 @@ ClosedLoopOptions comes_to_impact(double speed_rad_s, double hand_nm_per_rad, fl
   protocol::Impact impact;
   impact.strength_nm_s_per_rad = impact.pulse_nm_s_per_rad = strength;
   impact.frequency_hz = frequency_hz;
-  impact.angle_turns_q32 = kWayTurnsQ32;
+  impact.angle_turns_q32 = kFlightTurnsQ32;
   impact.decay_s = 0.1F;
   impact.pulse_s = 0.05F;
   options.scene.emplace_back(impact);
@@ -45,7 +45,7 @@ ClosedLoopOptions comes_to_impact(double speed_rad_s, double hand_nm_per_rad, fl
   hand.intended_angle_rad = emulator::Profile::constant(0.0);
   options.hand = hand;
   emulator::PlantState state;
-  state.knob_angle = emulator::Angle::from_rad(kStartRad);
+  state.knob_angle = emulator::Angle::from_rad(kBeforeRad);
   state.speed_rad_s = {speed_rad_s, speed_rad_s, 0.0};
   options.initial = state;
   return options;
@@ -61,7 +61,7 @@ std::vector<LoopRow> rows_of(const ClosedLoopOptions& options) {
 /// Counts leave open where in a count the knob was at each change of torque, and how far it moved
 /// in a tick.
 double open_energy_j(double changes_nm, double torque_nm, double moved_rad) {
-  return changes_nm * kCountRad + std::abs(torque_nm * moved_rad);
+  return changes_nm * kFineCountRad + std::abs(torque_nm * moved_rad);
 }
 
 // The oracle is the plant's energy: of all that moves, of the shaft's spring and of the hand's.
@@ -134,7 +134,7 @@ TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
             protocol::Wall wall;
             wall.side = protocol::Side::above;
             wall.stiffness_nm_per_rad = static_cast<float>(stiffness);
-            wall.angle_turns_q32 = kWayTurnsQ32;
+            wall.angle_turns_q32 = kFlightTurnsQ32;
             options.scene.emplace_back(wall);
             const std::vector<LoopRow> rows = rows_of(options);
 
@@ -150,7 +150,7 @@ TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
               const double moved_rad = rows[i].angle_rad - row.angle_rad;
               // Counted from the first sample, as the scene's angles are.
               const double depth_rad =
-                  static_cast<double>(row.position_counts) * kCountRad + kStartRad;
+                  static_cast<double>(row.position_counts) * kFineCountRad + kBeforeRad;
               const double asked_nm = -std::max(0.0, stiffness * depth_rad);
               const double wall_nm = std::clamp(asked_nm, std::max(-kMotorNm, before_nm - step_nm),
                                                 std::min(kMotorNm, before_nm + step_nm));

@@ -22,7 +22,7 @@ using torsio::emulator::usbip::UsbKnob;
 
 namespace {
 
-struct Rig {
+struct ServerRig {
   UsbKnob knob{{}};
   std::vector<std::string> told;
   Server server{knob.exported(), "127.0.0.1", 0,
@@ -91,7 +91,7 @@ class Peer {
 }  // namespace
 
 TEST_CASE("server lists, imports, and hangs up after a list") {
-  Rig rig;
+  ServerRig rig;
   Peer first(rig.server.port());
   first.send(kListRequest);
   rig.serve();
@@ -107,7 +107,7 @@ TEST_CASE("server lists, imports, and hangs up after a list") {
 }
 
 TEST_CASE("server refuses a second import and serves the next client after the first has gone") {
-  Rig rig;
+  ServerRig rig;
   {
     Peer first(rig.server.port());
     first.send(import_request() + submit_header(1, 1, 1, 64));
@@ -128,7 +128,7 @@ TEST_CASE("server refuses a second import and serves the next client after the f
 }
 
 TEST_CASE("server can hang up on its client") {
-  Rig rig;
+  ServerRig rig;
   Peer peer(rig.server.port());
   peer.send(import_request());
   rig.serve();
@@ -139,7 +139,7 @@ TEST_CASE("server can hang up on its client") {
 }
 
 TEST_CASE("server stays with its client while others only connect") {
-  Rig rig;
+  ServerRig rig;
   Peer owner(rig.server.port());
   owner.send(import_request());
   rig.serve();
@@ -160,7 +160,7 @@ TEST_CASE("server stays with its client while others only connect") {
 }
 
 TEST_CASE("server keeps what a client does not read and sends it later") {
-  Rig rig;
+  ServerRig rig;
   Peer peer(rig.server.port());
   peer.send(import_request());
   rig.serve();
@@ -182,7 +182,7 @@ TEST_CASE("server keeps what a client does not read and sends it later") {
 }
 
 TEST_CASE("server stops reading from a client that does not read") {
-  Rig rig;
+  ServerRig rig;
   Peer peer(rig.server.port());
   peer.send(import_request());
   rig.serve();
@@ -205,7 +205,7 @@ TEST_CASE("server stops reading from a client that does not read") {
 }
 
 TEST_CASE("server drops a client that breaks the rules and does not read either") {
-  Rig rig;
+  ServerRig rig;
   Peer peer(rig.server.port());
   peer.send(import_request());
   rig.serve();

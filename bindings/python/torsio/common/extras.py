@@ -6,12 +6,13 @@ import importlib.util
 import json
 import re
 import sys
-from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
-from urllib.parse import urlsplit
-from urllib.request import url2pathname
+from typing import TYPE_CHECKING
 
 from torsio.errors import Error
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
 
 __all__ = ["how_to_install", "installed", "lacking", "need_matplotlib", "source_folder"]
 
@@ -21,6 +22,9 @@ _QUOTE = '"' if sys.platform == "win32" else "'"
 
 def installed() -> Distribution | None:
     """Give what pip knows of the package; None of one that was copied."""
+    # Here, since few need it, and it makes a fifth of the package's import.
+    from importlib.metadata import PackageNotFoundError, distribution
+
     try:
         return distribution("torsio")
     except PackageNotFoundError:
@@ -29,6 +33,9 @@ def installed() -> Distribution | None:
 
 def source_folder() -> Path | None:
     """Give the source tree that the package was installed from, if it is still there."""
+    from urllib.parse import urlsplit
+    from urllib.request import url2pathname
+
     known = installed()
     origin = json.loads((known and known.read_text("direct_url.json")) or "{}")
     url = urlsplit(origin.get("url", ""))
