@@ -7,11 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 TREE = Path(__file__).parents[2]
 STUBS = TREE / "bindings" / "python" / "torsio" / "_torsio"
 STUDIES_STUB = TREE / "studies" / "python" / "torsio_studies" / "_studies.pyi"
 
 
+@pytest.mark.slow  # ten seconds of processor; mypy finds what tests use, in every run
 def test_stubs_and_module_have_the_same_names() -> None:
     result = subprocess.run(
         [

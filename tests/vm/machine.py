@@ -29,7 +29,7 @@ _BOOT = (
 # kernel's allocator, with flags that no instruction sets. The kernel does well without; programs
 # are shown that the processor has it.
 _BOOT_EMULATED = "clearcpuid=cx16"
-_PROBE_LIMIT_S = 20.0
+_PROBE_LIMIT_S = 5.0
 _TAIL_LINES = 60
 
 

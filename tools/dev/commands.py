@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
@@ -142,10 +143,9 @@ def _build_tests(plan: groups.Plan) -> None:
     beside: list[Future[Any]] = []
     beside += [building.begin_npm("tests/board")] if "firmware" in needs else []
     beside += [building.begin_studio()] if "page" in needs else []
-    if "asan-ubsan" in needs:
-        building.build_preset("asan-ubsan", sources.tinyusb)
-    if "tsan" in needs:
-        building.build_preset("tsan", sources.tinyusb)
+    for preset in ("asan-ubsan", "tsan"):
+        if preset in needs:
+            beside.append(later(functools.partial(building.build_preset, preset, sources.tinyusb)))
     building.build_python(building.TORSIO, sources.tinyusb)
     if "studies" in needs:
         building.build_python(building.STUDIES, sources.tinyusb)
