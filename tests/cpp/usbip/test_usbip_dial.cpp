@@ -4,6 +4,7 @@
 #include <numbers>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "device/usb_descriptors.hpp"
 #include "emulator/usbip/hands.hpp"
@@ -11,23 +12,18 @@
 
 using namespace usbip_test;
 using torsio::device::Personality;
+using torsio::protocol::Toggle;
 
 namespace {
-
-torsio::emulator::EmulatedDeviceOptions dial(
-    torsio::protocol::Toggle wakes = torsio::protocol::Toggle::off) {
-  torsio::protocol::GameConfig game;
-  game.remote_wakeup = wakes;
-  game.personality = Personality::dial;
-  game.dial_torque_nm = 0;
-  return {.hand = torsio::emulator::usbip::still_hand(), .serial = "DIAL-1", .game = game};
-}
 
 struct DialRig {
   torsio::emulator::usbip::UsbKnob knob;
   Client client{knob};
-  explicit DialRig(torsio::protocol::Toggle wakes = torsio::protocol::Toggle::off)
-      : knob(dial(wakes)) {
+  explicit DialRig(Personality personality = Personality::dial, Toggle wakes = Toggle::off)
+      : knob({.hand = torsio::emulator::usbip::still_hand(),
+              .serial = "DIAL-1",
+              .game = torsio::protocol::GameConfig{
+                  .personality = personality, .dial_torque_nm = 0, .remote_wakeup = wakes}}) {
     client.attach();
     client.configure();
   }
@@ -97,9 +93,14 @@ TEST_CASE("a dial that wakes tells what is pressed, changed or not") {
 TEST_CASE("a hand wakes a host that sleeps if the player and the host allow it, and else not") {
   const std::uint8_t allow = 3,
                      forbid = 1;  // SET_FEATURE and CLEAR_FEATURE of DEVICE_REMOTE_WAKEUP
-  for (const bool wakes : {true, false}) {
+  const std::pair<Personality, bool> cases[] = {{Personality::dial, true},
+                                                {Personality::dial, false},
+                                                {Personality::game_controller, true},
+                                                {Personality::game_controller, false}};
+  for (const auto& [personality, wakes] : cases) {
+    CAPTURE(personality);
     CAPTURE(wakes);
-    DialRig rig(wakes ? torsio::protocol::Toggle::on : torsio::protocol::Toggle::off);
+    DialRig rig(personality, wakes ? Toggle::on : Toggle::off);
     const Bytes told = rig.client.control_in(setup_packet(0x80, 6, 0x0200, 0, 9), 9).data;
     CHECK(told.at(7) == (wakes ? 0xA0 : 0x80));
     CHECK(rig.client.control_out(setup_packet(0x00, allow, 2, 0, 0)).status == kStall);

@@ -21,6 +21,30 @@ double share(const GameRig& rig) {
 
 constexpr double kShareStep = 2.0 / 32767;
 
+void narrow(protocol::GameConfig& config) { config.range_deg = 90; }
+
+/// What a spring gives at so many counts in each of 300 ticks, to either side.
+std::array<double, 2> sides(GameRig& rig, const GameRig::ConditionOptions& options,
+                            int counts = 10) {
+  const int block = rig.play_condition(kSpring, options);
+  rig.condition(block, {.positive = 1, .parameter_block = 1});  // no such axis
+  rig.tick(600);                                                // springs come up in 50 ms
+  std::array<double, 2> found{};
+  for (double& side : found) {
+    rig.turn(counts, 300);
+    side = share(rig) * 32767;
+    rig.turn(-counts, 300);
+    counts = -counts;
+  }
+  rig.free(block);
+  rig.tick(60);
+  return found;
+}
+
+std::array<double, 2> saturations(GameRig& rig, int positive, int negative) {
+  return sides(rig, {.positive_saturation = positive, .negative_saturation = negative});
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -146,47 +170,54 @@ TEST_CASE("habit: the negative saturation comes as a signed number, full as 0") 
     const std::int64_t number = static_cast<std::int16_t>(asked);
     return static_cast<int>(number < 0 ? -number * 32767 / 0x8000 : number * 32767 / 0x7FFF);
   };
-  const auto sides = [](GameRig& rig, int positive, int negative) {
-    GameRig::ConditionOptions options;
-    options.positive_saturation = positive;
-    options.negative_saturation = negative;
-    const int block = rig.play_condition(kSpring, options);
-    rig.tick(600);  // springs come up in 50 ms
-    std::array<double, 2> found{};
-    for (double& side : found) {
-      const int counts = &side == found.data() ? 10 : -10;
-      rig.turn(counts, 300);
-      side = share(rig) * 32767;
-      rig.turn(-counts, 300);
-    }
-    rig.free(block);
-    rig.tick(60);
-    return found;
-  };
-  const auto change = [](protocol::GameConfig& config) { config.range_deg = 90; };
   GameRig linux_7(100'000);
-  linux_7.configure(change);
+  linux_7.configure(narrow);
   for (const int asked : {0, 1, 2, 600, 0x3FFF, 0x7FFE, 0x7FFF, 0x8000, 0x8001, 0xC000, 0xFFFF}) {
     for (const int what : {4, 4, 3, 1}) linux_7.control(what);
     const int meant = right(asked);
-    const auto [plus, minus] = sides(linux_7, meant, left(static_cast<std::uint16_t>(asked)));
+    const auto [plus, minus] = saturations(linux_7, meant, left(static_cast<std::uint16_t>(asked)));
     CHECK(std::abs(plus + meant) < 1);
     CHECK(std::abs(minus - meant) < 1);
   }
   // Two sides that differ are as they come, and so is everything of other hosts.
   for (const int what : {4, 4, 3, 1}) linux_7.control(what);
-  CHECK(std::abs(sides(linux_7, 32767, 8000)[1] - 8000) < 1);
+  CHECK(std::abs(saturations(linux_7, 32767, 8000)[1] - 8000) < 1);
   GameRig other(100'000);
-  other.configure(change);
+  other.configure(narrow);
   for (const std::vector<int>& begin :
        {std::vector<int>{}, {4}, {4, 4}, {4, 4, 3}, {4, 3, 1}, {4, 4, 3, 1, 4}}) {
     for (const int what : begin) other.control(what);
-    CHECK(std::abs(sides(other, 32767, 0)[1]) < 1);
+    CHECK(std::abs(saturations(other, 32767, 0)[1]) < 1);
   }
   for (const int what : {4, 4}) other.control(what);
   other.gain(32767);
   for (const int what : {3, 1}) other.control(what);
-  CHECK(std::abs(sides(other, 32767, 0)[1]) < 1);
+  CHECK(std::abs(saturations(other, 32767, 0)[1]) < 1);
+}
+
+TEST_CASE("habit: fields that a driver takes for missing stay 0") {
+  // hid-pidff of 2026 skips negative coefficient, negative saturation and dead band
+  // (JacKeTUs/universal-pidff, pull request 115), else the sides are alike.
+  for (int missing = 0; missing < 8; ++missing) {
+    CAPTURE(missing);
+    GameRig rig(100'000);
+    rig.configure([](protocol::GameConfig& config) {
+      narrow(config);
+      config.spring_gain = 1;
+    });
+    const GameRig::ConditionOptions sent{.positive = 16384,
+                                         .negative = (missing & 1) != 0 ? 0 : 16384,
+                                         .positive_saturation = 6000,
+                                         .negative_saturation = (missing & 2) != 0 ? 0 : 6000,
+                                         .dead_band = (missing & 4) != 0 ? 0 : 2000};
+    for (const int counts : {1, 10}) {
+      const double half_range_rad = std::numbers::pi / 4;
+      const double beyond = 300 * counts * kCountRad / half_range_rad * 32767 - sent.dead_band;
+      const auto [plus, minus] = sides(rig, sent, counts);
+      CHECK(std::abs(plus + std::min(beyond / 2, 6000.0)) < 1);
+      CHECK(std::abs(minus - ((missing & 3) != 0 ? 0 : std::min(beyond / 2, 6000.0))) < 1);
+    }
+  }
 }
 
 TEST_CASE("habit: the device gain is set before the first effect is made") {
@@ -289,7 +320,7 @@ TEST_CASE("habit: only what has changed is sent, in one report, in the other, or
       {kSpring,
        [](GameRig& r, int b, bool after) {
          r.condition(b, {.positive = after ? 8000 : 16000});
-         r.condition(b, {.positive = 1, .parameter_block = 1});  // no such axis
+         if (!after) r.condition(b, {.positive = 1, .parameter_block = 1});  // no such axis
        },
        -16000, -8000},
   };

@@ -136,30 +136,37 @@ TEST_CASE("each kind of effect has a gain of the player's, and the cap may be a 
   using Change = void (*)(protocol::GameConfig&);
   const auto felt = [](int type, Change change) {
     GameRig rig(kFeelPeriodNs);
-    rig.configure(change);
-    if (type == kConstant) {
-      (void)rig.play_constant(16384);
-    } else if (type == kSquare) {
-      const int block = rig.create(type);
-      rig.set_effect(block);
-      rig.periodic(block, 16384, 0, 0, 30'000);
-      rig.start(block);
-    } else {
-      (void)rig.play_condition(type, {.positive = 16384});
+    rig.configure([change](protocol::GameConfig& config) {
+      config.spring_gain = 1;
+      config.range_deg = 90;
+      change(config);
+    });
+    const int block = rig.create(type);
+    rig.set_effect(block);
+    rig.constant(block, 16384);
+    rig.ramp(block, 16384, 16384);
+    rig.periodic(block, 16384, 0, 0, 30'000);
+    rig.condition(block, {.positive = 16384});
+    rig.start(block);
+    rig.tick(3000);                  // past the soft start
+    for (int i = 1; i < 300; ++i) {  // 1,000 rad/s^2
+      rig.inputs.encoder_count = static_cast<std::uint32_t>(i * i / 150);
+      rig.tick();
     }
-    rig.turn(1, 3000);
     return static_cast<double>(rig.outputs.motor_command_nm);
   };
   const std::pair<int, Change> kinds[] = {
       {kConstant, [](protocol::GameConfig& c) { c.constants_gain_percent = 30; }},
+      {kRamp, [](protocol::GameConfig& c) { c.constants_gain_percent = 30; }},
       {kSquare, [](protocol::GameConfig& c) { c.waves_gain_percent = 30; }},
-      {kSpring, [](protocol::GameConfig& c) { c.springs_gain_percent = 30, c.spring_gain = 1; }},
+      {kSpring, [](protocol::GameConfig& c) { c.springs_gain_percent = 30; }},
       {kDamper, [](protocol::GameConfig& c) { c.dampers_gain_percent = 30; }},
+      {kInertia, [](protocol::GameConfig& c) { c.inertias_gain_percent = 30; }},
       {kFriction, [](protocol::GameConfig& c) { c.frictions_gain_percent = 30; }},
   };
   for (const auto& [type, change] : kinds) {
     CAPTURE(type);
-    const double whole = felt(type, [](protocol::GameConfig& c) { c.spring_gain = 1; });
+    const double whole = felt(type, [](protocol::GameConfig&) {});
     CHECK(std::abs(whole) > 0.01);
     CHECK(felt(type, change) == about(0.3 * whole, 0.02));
   }
