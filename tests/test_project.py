@@ -107,6 +107,7 @@ LATE = {
     "torsio.apps",  # by the fixtures of pytest
     # ... and the imports that slow the other commands down.
     *("torsio_studies.execution", "f'torsio_studies.{name}.study'"),
+    *("importlib.metadata", "urllib.parse", "urllib.request"),
 }
 
 
