@@ -81,14 +81,20 @@ class World:
         before, self._count = self._count, self._counts(end)
         step = 1 if self._count > before else -1
         found = []
-        for count in range(before, self._count, step):
+        crossed = range(before, self._count, step)
+        for n, count in enumerate(crossed, 1):
             # The border that is crossed lies at the beginning of the higher of both counts.
             border = 2 * math.pi * (count + (step > 0)) / self.params.counts_per_rev
             share = (border - begin) / (end - begin) if end != begin else 0.0
+            if self.params.encoder_noise_counts:  # the line tells nothing: at equal distances
+                share = n / (len(crossed) + 1)
             found.append(step * max(1.0, min(1.0, share) * PERIOD_NS))
         return found
 
     def _counts(self, angle: float) -> int:
+        noise = self.params.encoder_noise_counts
+        if noise:
+            angle += 2 * math.pi * noise * self._random.normal() / self.params.counts_per_rev
         count = self._encoder.sample(angle)
         return count - (1 << 32) if count >> 31 else count
 

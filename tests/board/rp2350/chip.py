@@ -294,6 +294,9 @@ class Chip:
             us = (self.now - self._powered) // (HZ // 1_000_000)
             return us >> 32 if offset in (0x08, 0x24) else us & 0xFFFFFFFF
         if block == ADC and offset == 0:
+            # The firmware asks until it is ready: let that time pass at once, up to an interrupt.
+            counter = self.core.counter
+            counter.cycles = max(counter.cycles, min(self._adc_ready, counter.deadline))
             return file.get(0, 0) | (1 << 8 if self.now >= self._adc_ready else 0)
         if block == ADC and offset == 4:
             return self._adc_result
@@ -461,6 +464,9 @@ class Chip:
 
     def _write_pwm(self, offset: int, value: int, raw: int) -> None:
         file = self._file(PWM)
+        if offset < 0xF0 and offset % 0x14:  # a level, a top: no unit starts or stops
+            file[offset] = value
+            return
         before = self._read_pwm(0xF0)
         if offset == 0xF4:
             self._pwm_intr &= ~raw
