@@ -9,9 +9,18 @@ from torsio import perception
 from torsio.calibration.proposal import Calibration
 from torsio.knob import Knob
 
-__all__ = ["change", "felt", "lines", "number", "proposals"]
+__all__ = ["cause", "change", "felt", "lines", "number", "proposals"]
 
 _MOST_DIGITS = 9
+# Least and most share of a configured value that wear explains, and what is wrong beyond it.
+_CAUSES = {
+    "spring_stiffness_nm_per_rad": (
+        (0.8, 1.25),
+        "a loose belt, a hub that slips, or a shaft that was made otherwise",
+    ),
+    "brake_drag_nm": ((0.0, 2.0), "a brake that stands askew, a tight belt"),
+    "knob_coulomb_nm": ((0.0, 2.0), "a knob that rubs"),
+}
 
 
 def number(value: float, sigma: float) -> str:
@@ -64,6 +73,14 @@ def change(name: str, old: float | str, new: float | str) -> str:
     both = ((f"{old:.{digits}g}", f"{new:.{digits}g}") for digits in range(4, _MOST_DIGITS + 1))
     before, after = next((two for two in both if two[0] != two[1]), (f"{old:.4g}",) * 2)
     return f"{name}: {before} -> {after}" + (f" ({jnds})" if jnds else "")
+
+
+def cause(name: str, old: float | str, new: float | str) -> str:
+    """Say what may be wrong with a knob whose value is far from the configured one, or nothing."""
+    (least, most), words = _CAUSES.get(name, ((0.0, math.inf), ""))
+    if isinstance(old, str) or isinstance(new, str) or least * old <= new <= most * old:
+        return ""
+    return f"; look for {words}"
 
 
 def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float | str, float | str]]:

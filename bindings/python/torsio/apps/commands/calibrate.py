@@ -90,7 +90,7 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
     if proposed:
         out.print("\nproposed for the configuration:")
     for name, old, new in proposed:
-        out.print(f"  {report.change(name, old, new)}")
+        out.print(f"  {report.change(name, old, new)}{report.cause(name, old, new)}")
     if found.board is not None:
         out.print("the motor's values take effect when you plug the knob in again")
 
