@@ -120,8 +120,8 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Brake",
-      text: "The brake makes a friction of 10 mN·m, with the law parallel. Its coil gets torque / constant * " +
-        "resistance volts, and the knob drags.",
+      text: "Motor and brake make a friction of 10 mN·m, half each with the law parallel. Turn the knob: it drags, " +
+        "and the brake's coil gets 5 mN·m / constant * resistance volts.",
       act: {
         label: "take the caps and the law, and friction as scene",
         scene: async (knob) => {
@@ -139,10 +139,10 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Confirm",
-      text: "Set a speed limit in the control configuration, and turn on confirmed in the board's. Apply and keep " +
-        "both. Set values_are to stated in the calibration's. Raise the motor's cap first, and hold the knob against " +
-        "30 mN·m for a second: a supply of half or twice the voltage is a fault now. Then raise both caps, step by " +
-        "step, to motor_torque_max_nm and brake_torque_max_nm: calibration needs them.",
+      text: "Set a speed limit and the law motor_only in the control configuration, and turn on confirmed in the " +
+        "board's. Apply and keep both. Set values_are to stated in the calibration's. Raise the motor's cap first, " +
+        "and hold the knob against 30 mN·m for a second: a supply of half or twice the voltage is a fault now. Then " +
+        "raise both caps, step by step, to motor_torque_max_nm and brake_torque_max_nm: calibration needs them.",
     },
     {
       title: "Calibrate",
@@ -154,7 +154,7 @@ function steps(travel: Travel): Step[] {
       text: "0.2 N·m/rad first, and softer again at the first hum.",
       act: {
         label: "take the wall as scene",
-        scene: async () => [{ type: "wall", angle_rad: 0.3, stiffness_nm_per_rad: 0.2, damping_nm_s_per_rad: 0 }],
+        scene: async () => [{ type: "wall", angle_rad: 0.2, stiffness_nm_per_rad: 0.2, damping_nm_s_per_rad: 0 }],
       },
     },
   ];

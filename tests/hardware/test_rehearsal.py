@@ -7,18 +7,23 @@ import re
 import sys
 import time
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
-from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 import torsio
-from torsio import _torsio, calibration, protocol
+from torsio import _torsio, protocol
+from torsio.closed_loop import LoopOptions
 from torsio_hardware import faults, rehearsal
+from torsio_hardware.first_power import STEPS, Seen, alone, run
 from torsio_hardware.knob import DEFAULT, Knob, Value, load
 from torsio_hardware.rehearsal import app, served
+from torsio_studies.falsify.search import LASTING_RAD, LOUD_NM, measure
 
+TREE = Path(__file__).parents[2]
 # Those that a step before the calibration finds: a few seconds for all.
 EARLY = [fault.name for fault in faults.FAULTS if not fault.finding.startswith("calibrate")]
 
@@ -28,24 +33,51 @@ def knob() -> Knob:
     return load()
 
 
-def rehearse(knob: Knob, name: str, seed: int | None = None) -> rehearsal.Seen:
+def rehearse(knob: Knob, name: str, seed: int | None = None) -> Seen:
     with rehearsal.emulated(knob, faults.named(name), seed) as bench:
-        return rehearsal.run(bench, lambda seen: None)
+        return run(bench, lambda seen: None)
 
 
 def test_twenty_faults_have_names_of_their_own_and_a_finding_that_may_be_each(knob: Knob) -> None:
     assert len({fault.name for fault in faults.FAULTS}) == 20
     for fault in faults.FAULTS:
-        causes = rehearsal.Seen("step", "command", "text", fault.finding).causes
-        assert fault.name in causes
+        causes = Seen("step", "command", "text", fault.finding).causes
+        assert fault in causes
         assert len(causes) <= 3  # few enough to look at one after the other
+
+
+def test_steps_are_those_of_the_guide_and_each_has_a_figure(knob: Knob) -> None:
+    """The studio's test holds the page's titles against the same guide."""
+    guides = TREE / "docs/how-to"
+    guide = (guides / "first-power.md").read_text(encoding="utf-8")
+    titles = re.findall(r"^\d+\. \*\*(.+?)\*\*", guide, re.M)
+    assert list(dict.fromkeys(title for title, *_ in STEPS)) == titles
+    assert {title for title, *_ in knob.expected()} == set(titles)
+    guide += (guides / "wire.md").read_text(encoding="utf-8")
+    for command in "; ".join(command for _, command, _ in STEPS).split("; "):
+        plain = command.removesuffix(" {how}").replace("settings", "out/hardware/settings")
+        named = plain.startswith("torsio") and plain != "torsio studio"  # the page has a link
+        assert not named or f"`{plain}" in guide, plain
+
+
+@pytest.mark.parametrize("fault", faults.FAULTS, ids=lambda fault: str(fault.name))
+def test_doctor_or_calibrate_names_the_fault_and_the_page_says_which(
+    knob: Knob, fault: faults.Fault
+) -> None:
+    with rehearsal.emulated(knob, fault) as bench:
+        # Only the whole calibration looks at the winding.
+        bench.quick = fault.name != "motor_contact"
+        found = alone(bench)
+        assert found == ("" if fault.alone == faults.NOBODY else fault.alone)
+    page = (TREE / "docs/reference/reference-knob.md").read_text(encoding="utf-8")
+    assert f"| {fault.name} | {fault.words} | {fault.finding} | {fault.alone} |\n" in page
 
 
 @pytest.mark.parametrize("name", EARLY)
 def test_fault_of_wiring_is_named_before_anything_is_calibrated(knob: Knob, name: str) -> None:
     seen = rehearse(knob, name)
     assert seen.finding == faults.named(name).finding
-    assert name in seen.causes
+    assert faults.named(name) in seen.causes
 
 
 def test_settings_are_those_that_a_device_takes_with_the_default_pins(knob: Knob) -> None:
@@ -60,33 +92,27 @@ def test_settings_are_those_that_a_device_takes_with_the_default_pins(knob: Knob
 def test_knob_with_another_encoder_is_expected_to_count_its_lines(knob: Knob) -> None:
     other = replace(knob, values={**knob.values, "counts_per_rev": Value(4000.0)})
     bands = {step: band for step, _, band in other.expected()}
-    assert bands["encoder"] == pytest.approx((3992.0, 4008.0))
-    assert rehearse(other, "motor_swapped").step == "motor"  # past the encoder's
+    assert bands["Encoder"] == pytest.approx((3992.0, 4008.0))
+    assert rehearse(other, "motor_swapped").step == "Motor"  # past the encoder's
 
 
-def test_soft_spring_is_kept_within_a_prints_band_and_wrong_below_it(
-    knob: Knob, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_soft_spring_is_kept_within_a_prints_band_and_wrong_below_it(knob: Knob) -> None:
     fault = faults.named("spring_soft")
     # A bent wall is as stiff as the cube of its thickness, and walls are 0.9 mm.
     (thinner_mm,) = map(float, re.findall(r"([\d.]+) mm", fault.words))
     assert (1 - thinner_mm / 0.9) ** 3 == pytest.approx(fault.softer, abs=0.01)
     drawn_nm_per_rad = knob.plant(6).shaft_stiffness_nm_per_rad
 
-    def told(stiffness_nm_per_rad: float, *words: str) -> str:
-        """Rehearse with a calibration that finds what is there: tests/making does the real one."""
-        values = {"coulomb_nm": 8e-3, "brake_drag_nm": 2e-3}
-        values["stiffness_nm_per_rad"] = stiffness_nm_per_rad
-        quantities = {name: SimpleNamespace(value=value) for name, value in values.items()}
-        found = SimpleNamespace(quantities=quantities)
-        monkeypatch.setattr(calibration, "calibrate", lambda *_, **__: found)
-        return CliRunner().invoke(app, list(words)).output
+    def told(*words: str) -> str:
+        return CliRunner().invoke(app, ["--quick", *words]).output
 
-    kept = told(0.75 * 2.873, "--fault", "spring_soft")
-    assert "\noff    calibrate " in kept
+    kept = told("--fault", "spring_soft")
+    assert "\noff    Calibrate " in kept
+    assert "look for a loose belt, a hub that slips" in kept
     assert "keep what is proposed" in kept
-    below = told(0.75 * drawn_nm_per_rad, "--blind", "6", "--reveal")
-    assert "\nWRONG  calibrate " in below
+    assert "\nok     A soft wall " in kept
+    below = told("--blind", "6", "--reveal")
+    assert "\nWRONG  Calibrate " in below
     assert "-47 % from the file's" in below
     assert fault.words in below
     assert f"this print's spring has {drawn_nm_per_rad:.3f} N m/rad" in below
@@ -97,6 +123,33 @@ def test_plants_that_are_drawn_lie_within_what_the_file_says(knob: Knob) -> None
     low, high = knob.values["spring_stiffness_nm_per_rad"].band()
     assert low <= min(drawn) < 2.6 < 3.1 < max(drawn) <= high
     assert knob.plant(3) == knob.plant(3)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_walls_are_still_with_a_spring_at_either_end_of_its_band_before_it_is_calibrated(
+    knob: Knob, end: int
+) -> None:
+    """By the law `calibrated`; the others hum in stiff walls whatever the spring."""
+    stiffness = knob.values["spring_stiffness_nm_per_rad"].band()[end]
+    assert stiffness / 2.873 == pytest.approx([0.6, 1.4][end], abs=0.02)
+    soft = torsio.ImpedanceHand(
+        stiffness_nm_per_rad=0.7, damping_nm_s_per_rad=5e-3, inertia_kg_m2=1e-5,
+        intended_angle_rad=[(0.0, 0.0), (0.1, 0.1)],
+    )  # fmt: skip
+    weights = [torsio.TorqueHand(torque_nm=[(0, 0), (ramp, 40e-3)]) for ramp in (0.02, 0.3)]
+    thrown = torsio.TorqueHand(torque_nm=[(0, 60e-3), (0.06, 60e-3), (0.06, 0), (1, 0)])
+    common: Any = {
+        "plant": replace(knob.plant(), electrics=None, shaft_stiffness_nm_per_rad=stiffness),
+        "actuator": knob.configs()["actuator"],
+        "control": torsio.ControlConfig(law="calibrated"),
+        "control_period_ns": 50_000,
+    }
+    stiff = (0.2, 1.0, 2.0, 3.0, 10.0, 50.0, 100.0)
+    walls = (torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=each) for each in stiff)
+    visits = product(walls, (soft, thrown, *weights))
+    for motion in measure([LoopOptions(scene=wall, hand=hand, **common) for wall, hand in visits]):
+        assert motion.swing_rad < LASTING_RAD
+        assert motion.loud_nm < LOUD_NM
 
 
 def test_figures_are_those_of_the_closed_forms(knob: Knob) -> None:

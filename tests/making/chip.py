@@ -10,12 +10,16 @@ import torsio
 from tests.board import pico
 from tests.board.live import BinaryTransport
 from tests.board.pico import EmulatedPico, enumerated
+from tests.board.rp2350 import bench as rp2350
+from tests.board.rp2350.chip import PWM
+from tests.board.rp2350.rom import HZ
 from tests.board.world import World
-from torsio.printed.plant import PlantParams
+from torsio.printed.plant import ElectricsState, PlantParams
 from torsio_hardware.faults import Fault
+from torsio_hardware.first_power import Bench
 from torsio_hardware.knob import Knob
-from torsio_hardware.rehearsal import Bench
 
+_BOTH_WAYS = 2  # a bit of a PWM unit: it counts up and down
 _CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that it shows
 
 
@@ -29,6 +33,9 @@ class ChipWorld(World):
         self._motor_sign = -1 if self._electrics.motor_reversed else 1
         self._encoder_sign = -1 if swapped_encoder else 1
         self._frozen = False
+        self.unplugged = False
+        # The emulated RP2040 keeps its registers in a process of its own.
+        self.scope = self._scope if isinstance(board.bench, rp2350.Bench) else None
 
     def pass_period(
         self, motor_share: float, brake_share: float, enabled: bool
@@ -36,6 +43,18 @@ class ChipWorld(World):
         sign = self._motor_sign
         amperes, edges = super().pass_period(sign * motor_share, brake_share, enabled)
         return sign * amperes, [] if self._frozen else [self._encoder_sign * at for at in edges]
+
+    @property
+    def electrics(self) -> ElectricsState:
+        """True electric values, now."""
+        return ElectricsState(**self.circuit.state)
+
+    def _scope(self) -> tuple[float, float, float]:
+        """Look at the motor's inputs: kHz, and the share of the time that each is high."""
+        assert isinstance(self._board.bench, rp2350.Bench)
+        unit = {at: self._board.bench.chip.registers[PWM][0x14 * 3 + at] for at in (0x00, 0x10)}
+        cycles = (unit[0x10] + 1) * (2 if unit[0x00] & _BOTH_WAYS else 1)
+        return HZ / cycles / 1e3, *self._board.do("high_share", pins=[6, 7])
 
     def set_hand(self, hand: torsio.Hand) -> None:
         # Its times are the world's; a rehearsal's times begin now.
@@ -54,8 +73,25 @@ class ChipWorld(World):
     def freeze_encoder(self, *, frozen: bool) -> None:
         self._frozen = frozen
 
+    def set_link_faults(self, faults: torsio.LinkFaults) -> None:
+        self.unplugged = faults.drop_output == 1
+
+    def advance(self, duration_s: float) -> None:
+        self._board.run(1e3 * duration_s)
+
     def set_current_sensor(self, state: str) -> None:
         self._board.do("motor", sensor_amperes=_CONVERTER[state])
+
+
+class Plug(BinaryTransport):
+    """A cable that one can pull: nothing that the host sends arrives any more."""
+
+    def __init__(self, board: EmulatedPico, world: ChipWorld) -> None:
+        super().__init__(board)
+        self._world = world
+
+    def write(self, report: bytes) -> bool:
+        return self._world.unplugged or super().write(report)
 
 
 @contextmanager
@@ -76,5 +112,5 @@ def binary(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]
         fault.happen(world)
         board.enumerate()
         board.couple(world.pass_period)
-        with torsio.open(BinaryTransport(board)) as device:
-            yield Bench(knob, device, world, fault)
+        with torsio.open(Plug(board, world)) as device:
+            yield Bench(knob, device, world, fault, plant)

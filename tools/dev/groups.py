@@ -53,7 +53,8 @@ _CODE = (
 _BOARD_PAGES = ("docs/results.md", "docs/results/paper.md")
 _MAKING_PAGES = (
     "README.md",
-    *("docs/how-to/build.md", "docs/reference/hardware.md", "docs/reference/reference-knob.md"),
+    *(f"docs/how-to/{name}.md" for name in ("build", "first-power", "wire")),
+    *("docs/reference/hardware.md", "docs/reference/reference-knob.md"),
 )
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
 
@@ -223,8 +224,8 @@ GROUPS = {
     "hardware": Group(
         "the knob to build: closed forms, parts, what a rehearsal finds",
         ("tests/hardware",),
-        ("python", "hardware"),
-        (*_PYTHON, "hardware", "tools", *_MAKING_PAGES),
+        ("python", "studies", "hardware"),
+        (*_PYTHON, "studies", "hardware", "tools", *_MAKING_PAGES),
     ),
     "claims": Group(
         "names that pages and sources share, printed files, what a package holds",

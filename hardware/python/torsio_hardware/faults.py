@@ -13,6 +13,8 @@ from typing import Any
 
 from torsio.printed.plant import Belt, PlantParams
 
+NOBODY = "neither: no firmware sees it"
+
 
 @dataclass(frozen=True)
 class Fault:
@@ -20,14 +22,19 @@ class Fault:
 
     name: str
     words: str  # the maker's mistake
-    finding: str  # that names it: of a step of first power, of `doctor`, or of `calibrate`
+    finding: str  # of first power's first step that shows it
     also: tuple[str, ...] = ()  # other findings that it may show itself by
+    alone: str = ""  # of `torsio doctor`, or else `calibrate`, without the steps; empty: the same
     electrics: dict[str, float] = field(default_factory=dict)  # factors; True sets a switch
     plant: dict[str, Any] = field(default_factory=dict)  # values in place of the right ones
     softer: float = 1.0  # factor of the spring's stiffness
     happen: Callable[[Any], object] = lambda world: None  # to the world round the open knob
     pull_down_kohm: float = 4.3  # of the enable line: 4.7, beside 100 of each bridge
     reversed_encoder: bool = False  # A and B are swapped
+
+    def __post_init__(self) -> None:
+        """Let the step name it too, unless told otherwise."""
+        object.__setattr__(self, "alone", self.alone or self.finding)
 
     def change(self, plant: PlantParams) -> PlantParams:
         """Build the fault into a knob."""
@@ -47,32 +54,33 @@ class Fault:
 
 FAULTS = (
     Fault("motor_swapped", "the motor's two wires are swapped", "motor:backwards",
-          electrics={"motor_reversed": True}),
+          electrics={"motor_reversed": True}, alone="calibrate:reversed"),
     Fault("encoder_swapped", "the encoder's A and B are swapped", "encoder:backwards",
-          reversed_encoder=True),
+          reversed_encoder=True, alone="calibrate:reversed"),
     Fault("encoder_off", "the encoder's cable is off, or has no supply", "encoder:still",
-          happen=lambda world: world.freeze_encoder(frozen=True)),
+          happen=lambda world: world.freeze_encoder(frozen=True), alone="calibrate:still"),
     Fault("encoder_noisy", "the encoder's cable has no shield and lies by the motor's",
-          "calibrate:noisy", plant={"encoder_noise_counts": 4.0}),
+          "brake:volts", plant={"encoder_noise_counts": 4.0}, also=("calibrate:noisy",),
+          alone="calibrate:noisy"),
     Fault("encoder_lines", "an encoder of 1,000 lines in place of 2,048", "encoder:counts",
-          plant={"counts_per_rev": 4000}),
+          plant={"counts_per_rev": 4000}, alone="calibrate:winding"),
     Fault("stop_open", "the emergency stop's contact is not connected", "doctor:emergency_stop",
           happen=lambda world: world.set_emergency_stop(pressed=True)),
     Fault("bridge_fault", "the bridge's fault wire touches ground", "doctor:actuator",
           happen=lambda world: world.set_actuator_fault(present=True)),
-    Fault("supply_24v", "a supply of 24 V in place of 12", "doctor:supply",
-          electrics={"supply_v": 2.0}),
-    Fault("supply_off", "the supply's fuse is blown", "doctor:supply",
-          electrics={"supply_v": 1e-3}),
+    Fault("supply_24v", "a supply of 24 V in place of 12", "supply:volts",
+          electrics={"supply_v": 2.0}, alone="doctor:supply"),
+    Fault("supply_off", "the supply's fuse is blown", "supply:volts",
+          electrics={"supply_v": 1e-3}, alone="doctor:supply"),
     Fault("pull_down_missing", "the pull-down of the enable line is missing", "link:pull_down",
-          pull_down_kohm=50.0),
+          pull_down_kohm=50.0, alone=NOBODY),
     Fault("sensor_off", "the current sensor has no supply", "doctor:current_sensor",
           happen=lambda world: world.set_current_sensor("dead")),
     Fault("sensor_stuck", "the motor's current does not pass through the sensor",
           "motor:winding", happen=lambda world: world.set_current_sensor("stuck"),
-          also=("calibrate:winding",)),
+          also=("calibrate:winding",), alone="calibrate:winding"),
     Fault("motor_contact", "a bad crimp in the motor's line, of 2 ohm", "calibrate:winding_values",
-          electrics={"winding_resistance_ohm": 1.8}, also=("calibrate:winding",)),
+          electrics={"winding_resistance_ohm": 1.8}, also=("calibrate:winding", "confirm:winding")),
     Fault("brake_off", "the brake's coil is not connected", "calibrate:does_not_hold",
           electrics={"coil_resistance_ohm": 1e4}),
     Fault("brake_coil_24v", "a brake for 24 V, of four times the resistance",
@@ -87,7 +95,7 @@ FAULTS = (
     Fault("spring_soft", "the spring's walls are 0.08 mm too thin: 25 % softer",
           "calibrate:spring_off", softer=0.75, also=("calibrate:shaft_soft",)),
     Fault("knob_rubs", "the knob rubs on the frame with 40 mN m", "motor:still",
-          plant={"knob_coulomb_nm": 40e-3}, also=("calibrate:drag",)),
+          plant={"knob_coulomb_nm": 40e-3}, also=("calibrate:drag",), alone="calibrate:drag"),
 )  # fmt: skip
 
 

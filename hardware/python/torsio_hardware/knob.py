@@ -17,6 +17,7 @@ from torsio_hardware.flexure import Flexure
 DEFAULT = Path(__file__).parent / "knob.toml"
 RATES_HZ = {"pico2": 20_000.0, "pico": 10_000.0}
 CLAMP_REFERENCE_V = 2.495  # of a TL431
+WEIGHT_NM, WALL_NM_PER_RAD = 55e-3, 0.2  # 150 g on a thread round the knob; the first wall
 _TRACKED = ("tracking_in", "tracking_out", "torque_gap_nm")
 _TABLES = ("supply", "motor", "brake", "knob")
 _PLANT = (
@@ -152,8 +153,11 @@ class Knob:
         knob, brake = values["knob_coulomb_nm"], values["brake_drag_nm"]
         drag = Value(knob.value + brake.value, math.hypot(knob.uncertainty, brake.uncertainty))
         silent, counts = torsio.ControlConfig(), of("counts_per_rev")
-        coil_v = 10e-3 * of("brake_resistance_ohm") / of("brake_torque_constant_nm_per_a")
+        coil_nm = silent.beta * 10e-3  # the motor has the rest
+        coil_v = coil_nm * of("brake_resistance_ohm") / of("brake_torque_constant_nm_per_a")
         clamp_v = CLAMP_REFERENCE_V * of("supply_v") / of("clamp_v")
+        # Friction holds the knob to either side of where the weight balances the wall.
+        rests, sticks = WEIGHT_NM / WALL_NM_PER_RAD, drag.band()[1] / WALL_NM_PER_RAD
 
         def scaled(to: float, by: str) -> tuple[float, float]:
             """Scale a figure by a value of the file, which the board takes for true."""
@@ -164,25 +168,26 @@ class Knob:
             return scaled(push_nm / of("motor_torque_constant_nm_per_a"), "current_sense_v_per_a")
 
         return [
-            ("link", "the light goes on, 1/s", (0.9, 1.1)),
-            ("link", "enable and bridge inputs to ground, no power, kohm", (4.0, 5.0)),
-            ("encoder", "counts of one turn", (0.998 * counts, 1.002 * counts)),
-            ("supply", "at the bridges, V", values["supply_v"].band()),
-            ("supply", "at the clamp's reference, V", scaled(clamp_v, "supply_v")),
-            ("supply", "enable and bridge inputs, disarmed, V", (0.0, 0.3)),
-            ("stop", "the light goes on, 1/s", (7.0, 9.0)),
-            ("stop", "through the second contact, no power, released, ohm", (0.0, 1.0)),
-            ("motor", "in its line, knob held, A", amperes(1.3 * drag.value)),
+            ("Link", "the light goes on, 1/s", (0.9, 1.1)),
+            ("Link", "enable and bridge inputs to ground, no power, kohm", (4.0, 5.0)),
+            ("Encoder", "counts of one turn", (0.998 * counts, 1.002 * counts)),
+            ("Supply", "at the bridges, V", values["supply_v"].band()),
+            ("Supply", "at the clamp's reference, V", scaled(clamp_v, "supply_v")),
+            ("Supply", "enable and bridge inputs, disarmed, V", (0.0, 0.3)),
+            ("Emergency stop", "the light goes on, 1/s", (7.0, 9.0)),
+            ("Emergency stop", "through the second contact, no power, released, ohm", (0.0, 1.0)),
+            ("Motor", "in its line, knob held, A", amperes(1.3 * drag.value)),
             ("PWM", "at the motor's inputs, kHz", (39.6, 40.4)),
-            ("brake", "at the coil, for 10 mN m, V", scaled(coil_v, "supply_v")),
-            ("silence", "until all is off, s", (0.0, silent.watchdog_s + silent.passive_ramp_s)),
-            ("confirm", "in the motor's line, knob held, A", amperes(30e-3)),
-            ("calibrate", "coulomb_nm", drag.band()),
-            ("calibrate", "stiffness_nm_per_rad", values["spring_stiffness_nm_per_rad"].band()),
+            ("Brake", "at the coil, turned against 10 mN m, V", scaled(coil_v, "supply_v")),
+            ("Silence", "until all is off, s", (0.0, silent.watchdog_s + silent.passive_ramp_s)),
+            ("Confirm", "in the motor's line, knob held, A", amperes(30e-3)),
+            ("Calibrate", "coulomb_nm", drag.band()),
+            ("Calibrate", "stiffness_nm_per_rad", values["spring_stiffness_nm_per_rad"].band()),
             *(
-                ("calibrate", name, values[name].band())
+                ("Calibrate", name, values[name].band())
                 for name in ("motor_resistance_ohm", "brake_drag_nm", "knob_inertia_kg_m2")
             ),
+            ("A soft wall", "into it under 55 mN m, rad", (rests - sticks, rests + sticks)),
         ]
 
 
