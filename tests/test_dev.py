@@ -124,16 +124,16 @@ def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
 @pytest.mark.parametrize(
     ("words", "chosen", "needs"),
     [
-        ("-k wall", "library cpp", "asan-ubsan python release studies"),
-        ("tests/board -k wall", "board", "firmware python studies"),
+        ("-k wall", "library cpp", "asan-ubsan python release"),
+        ("tests/board -k wall", "board", "firmware python"),
         (
             "documents tests/board",
             "documents board",
-            "documents firmware hardware page python release studies",
+            "documents firmware hardware page python release",
         ),
-        ("tests/python/test_knob.py::test_x -x", "library", "python release studies"),
+        ("tests/python/test_knob.py::test_x -x", "library", "python release"),
         ("threads", "threads", "python tsan"),
-        ("tests/board/test_guards.py", "guards", "firmware python studies unguarded"),
+        ("tests/board/test_guards.py", "guards", "firmware python unguarded"),
     ],
 )
 def test_words_behind_test_choose_groups_and_what_is_built(

@@ -44,7 +44,7 @@ def test_transport_that_fails_once_leaves_nothing_armed() -> None:
 
 
 def test_file_operation_that_fails_once_is_told_and_loses_nothing() -> None:
-    names = ("recording", "configuration file", "table", "firmware update", "study's store")
+    names = ("recording", "configuration file", "table", "firmware update")
     outcomes = list(faults.of_files(3, *names))
     assert {call for call, *_ in outcomes} == set(names)
     assert [outcome for outcome in outcomes if outcome[2]] == []

@@ -138,5 +138,16 @@ def test_imports_stand_at_the_top_but_for_optional_packages_and_slow_starts() ->
     assert found == LATE
 
 
+def test_only_tests_of_the_studies_import_the_studies() -> None:
+    imports = re.compile(r"^\s*(from|import) (torsio_studies|tests\.studies)\b", re.MULTILINE)
+    found = [
+        file
+        for file in (TREE / "tests").rglob("*.py")
+        if TREE / "tests/studies" not in file.parents
+        and imports.search(file.read_text(encoding="utf-8"))
+    ]
+    assert found == []
+
+
 def test_comments_are_read_once() -> None:
     assert prose.comments() == []

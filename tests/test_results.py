@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-from rich.table import Table
 
 from tests.bench import tables
 
@@ -98,18 +97,3 @@ def test_no_other_page_says_which_machine_measured() -> None:
             assert not re.search(r"Revision [0-9a-f]{8}|\d processors", page.read_text("utf-8")), (
                 page
             )
-
-
-def test_tables_that_a_study_shows_take_the_places_of_its_page() -> None:
-    shown = tables.Shown()
-    for title in ("one", "two"):
-        small = Table("case", "here", title=title)
-        small.columns[1].justify = "right"
-        small.add_row("[bold]a|b[/bold]", "1\n%")
-        shown.print(small, "words")
-    page = "<!-- begin: torsio study a 1 -->\nold\n<!-- end: torsio study a 1 -->\n"
-    assert tables.put_shown(page, "a", shown, "Revision 1.").splitlines()[1:-1] == [
-        "Revision 1.", "", "| of what | case | here |", "|---|---|--:|",
-        "| one | a\\|b | 1, % |", "| two | a\\|b | 1, % |",
-    ]  # fmt: skip
-    assert tables.put_shown(page, "b", shown, "Revision 1.") == page

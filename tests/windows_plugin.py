@@ -19,7 +19,6 @@ FILES = {
     "test_disk_full.py": "limits the size of files as Unix does",
     "test_game_descriptor.py": "reads descriptors with hid-tools, which is for Linux",
     "test_game_hosts.py": _LINUX,
-    "test_stubs.py": "checks the package's types, with the studies beside it",
     "test_torque_off.py": "limits the size of files, and sends signals, as Unix does",
     "test_virtual_knob.py": "the virtual USB knob is a program for Linux",
 }

@@ -1,17 +1,14 @@
-"""Prints what a benchmark or a study has measured into docs/results.md or the study's page.
+"""Prints what a benchmark has measured into docs/results.md.
 
     ./dev bench brake | .venv/bin/python -m tests.bench.tables brake
-    torsio study impact && .venv/bin/python -m tests.bench.tables study impact
 
-updates the tables between their marks, with revision, date and machine. A benchmark's row that was
-not measured stays; one that the page does not have is named on standard error. A study's tables,
-from `out/NAME.json`, take the places that the page has for them.
+updates the tables between their marks, with revision, date and machine. A row that was not measured
+stays; one that the page does not have is named on standard error.
 Names: `binary`, `brake`, `games`, `guards`, `mcu`, `stiffness`, `usb`.
 """
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import platform
@@ -22,9 +19,6 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
-
-from rich.table import Table
-from rich.text import Text
 
 TREE = Path(__file__).parents[2]
 PAGE = TREE / "docs" / "results.md"
@@ -227,56 +221,6 @@ def put(page: str, mark: str, rows: Iterable[list[str]], note: str) -> str:
     return f"{before}{begin}{note}\n\n" + "\n".join(lines) + f"\n{end}{after}"
 
 
-class Shown:
-    """A console that keeps tables as Markdown; tables with the same columns are one."""
-
-    def __init__(self) -> None:
-        self.tables: dict[tuple[str, ...], list[str]] = {}
-
-    def print(self, *objects: Any, **options: Any) -> None:
-        """Keep the tables of what a study prints."""
-        for table in (one for one in objects if isinstance(one, Table)):
-            titled = [str(table.title)] if table.title else []
-            heads = ["of what"] * bool(titled) + [_cell(column.header) for column in table.columns]
-            left = "|".join(
-                "--:" if column.justify == "right" else "---" for column in table.columns
-            )
-            begin = [_row(heads), f"|{'---|' * bool(titled)}{left}|"]
-            rows = zip(*(column.cells for column in table.columns), strict=True)
-            kept = self.tables.setdefault(tuple(heads), begin)
-            kept += [_row([*titled, *map(_cell, cells)]) for cells in rows]
-
-
-def _cell(words: object) -> str:
-    return Text.from_markup(str(words)).plain.replace("\n", ", ").replace("|", "\\|")
-
-
-def _row(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cells)} |"
-
-
-def put_shown(page: str, name: str, shown: Shown, note: str) -> str:
-    """Put a study's tables in the places that its page has for them, by their number."""
-    for number, lines in enumerate(shown.tables.values(), 1):
-        mark = f"torsio study {name} {number} -->"
-        begin, found, rest = page.partition(f"<!-- begin: {mark}")
-        if found:
-            after = rest.partition(f"<!-- end: {mark}")[2]
-            table = "\n".join([note, "", *lines])
-            page = f"{begin}{found}\n{table}\n<!-- end: {mark}{after}"
-    return page
-
-
-def study(name: str) -> None:
-    """Print a study's tables into its page."""
-    shown = Shown()
-    results = json.loads((TREE / f"out/{name}.json").read_text(encoding="utf-8"))
-    importlib.import_module(f"torsio_studies.{name}.study").show(results, shown)
-    page = PAGE.with_suffix("") / f"{name}.md"
-    text = put_shown(page.read_text(encoding="utf-8"), name, shown, where())
-    page.write_text(text, encoding="utf-8")
-
-
 def main(name: str) -> None:
     """Read the lines of a benchmark, and print its tables into the page."""
     lines = [json.loads(line) for line in sys.stdin]
@@ -289,7 +233,5 @@ def main(name: str) -> None:
 if __name__ == "__main__":
     if sys.argv[1:] and sys.argv[1] in PRINTERS:
         main(sys.argv[1])
-    elif sys.argv[1:2] == ["study"] and sys.argv[2:]:
-        study(sys.argv[2])
     else:
         sys.exit(__doc__)

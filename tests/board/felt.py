@@ -21,13 +21,6 @@ from tests.board.world import World
 from torsio.emulator import Plant
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import Electrics, PlantParams
-from torsio_studies.paper.runs import (
-    RELEASE_SPEED_RAD_S,
-    SPIN_UP_NM,
-    WALL_RAD,
-    WEIGHT_NM,
-    push_options,
-)
 
 Columns = dict[str, Any]
 
@@ -36,6 +29,10 @@ ELECTRICS = {
     "pico2": Electrics(),
 }
 ALIVE_MS, READ_MS = 50, 4
+WALL_RAD, PEAK_NM, WEIGHT_NM = 0.05, 75e-3, 50e-3
+SPIN_UP_NM, RELEASE_SPEED_RAD_S = 40e-3, 18.0
+# Of a hand that goes where it means to.
+HAND_NM_PER_RAD, HAND_NM_S_PER_RAD, HAND_KG_M2 = 10.0, 10e-3, 1e-4
 COIL_HENRY = ELECTRICS["pico2"].coil_inductance_h
 
 
@@ -145,14 +142,17 @@ def begin(bench: Bench) -> float:
 def push(bench: Bench, stiffness: float, *, move_s: float = 1.0, hold_s: float = 0.2) -> Columns:
     """Push into a wall until it asks for 75 mN m, hold, and come out: scenario 2."""
     wall(bench, stiffness)
-    hand = push_options(stiffness).hand
-    assert isinstance(hand, ImpedanceHand)
-    knots: Any = hand.intended_angle_rad
-    deepest = knots[1][1]
+    give = (PEAK_NM + bench.place.params.knob_coulomb_nm) / HAND_NM_PER_RAD
+    deepest = WALL_RAD + PEAK_NM / stiffness + give
     zero = begin(bench)
     path = [(0.0, 0.0), (move_s, deepest), (move_s + hold_s, deepest), (2 * move_s + hold_s, 0.0)]
-    shifted = [(zero + time, angle) for time, angle in path]
-    bench.place.set_hand(replace(hand, intended_angle_rad=shifted))
+    hand = ImpedanceHand(
+        intended_angle_rad=[(zero + time, angle) for time, angle in path],
+        stiffness_nm_per_rad=HAND_NM_PER_RAD,
+        damping_nm_s_per_rad=HAND_NM_S_PER_RAD,
+        inertia_kg_m2=HAND_KG_M2,
+    )
+    bench.place.set_hand(hand)
     bench.run(path[-1][0] + 0.04)
     return finish(bench, zero)
 

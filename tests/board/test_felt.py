@@ -10,10 +10,9 @@ import pytest
 
 from tests.bench.bench_mcu import TickTime, tick_times
 from tests.board import felt, pico
-from tests.board.felt import Columns, difference_nm
+from tests.board.felt import WALL_RAD, Columns, difference_nm
 from tests.mcu.mcu import DOCUMENTED_GCC, as_documented, gcc_major
 from torsio.printed.hands import NoHand, PrescribedMotion
-from torsio_studies.paper.runs import WALL_RAD
 
 STIFFNESS = math.degrees(30e-3)
 ENCODER, OVERRUN = 1 << 2, 1 << 4

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 import errno
 import json
 import os
@@ -15,7 +14,7 @@ import tempfile
 import threading
 import traceback
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +27,6 @@ from torsio import calibration
 from torsio.apps import bug_report
 from torsio.apps.cli import app
 from torsio.calibration import keeping
-from torsio_studies import common
-from torsio_studies.design.store import Store
 
 OLD = "of yesterday"
 ERRORS = {
@@ -62,18 +59,19 @@ class Failing:
 
 # Each works in a folder, then says what is wrong after this error.
 Wrong = Callable[[BaseException | None], str]
+Scenario = Callable[[Path], tuple[Callable[[], Any], Wrong]]
 
 
-def _sentence(raised: BaseException | None) -> str:
+def sentence(raised: BaseException | None) -> str:
     """Say whether an error is neither the library's nor the system's with the file's name."""
-    if raised is None or isinstance(raised, torsio.Error | common.StudyError):
+    if raised is None or isinstance(raised, torsio.Error):
         return ""
     if isinstance(raised, OSError) and raised.strerror and raised.filename:
         return ""
     return f"told by {type(raised).__name__}: {raised}"
 
 
-def _old_or_new(
+def old_or_new(
     file: Path, act: Callable[[], Any], is_whole: Callable[[], Any]
 ) -> tuple[Callable[[], Any], Wrong]:
     """Do something that takes the place of a file: the old one stays, or the new one is whole."""
@@ -84,8 +82,8 @@ def _old_or_new(
         if [path.name for path in file.parent.iterdir()] != [file.name]:
             return "something is left beside it"
         if file.read_bytes() == OLD.encode():
-            return _sentence(raised) if raised else "nothing was raised, nothing written"
-        return _sentence(raised) if is_whole() else "the new file is not whole"
+            return sentence(raised) if raised else "nothing was raised, nothing written"
+        return sentence(raised) if is_whole() else "the new file is not whole"
 
     return act, wrong
 
@@ -103,7 +101,7 @@ def recording(folder: Path) -> tuple[Callable[[], Any], Wrong]:
         return torsio.load(file).whole or bool(raised_last)
 
     raised_last: list[BaseException] = []
-    act_and, wrong_file = _old_or_new(file, act, is_whole_unless_told)
+    act_and, wrong_file = old_or_new(file, act, is_whole_unless_told)
 
     def wrong(raised: BaseException | None) -> str:
         if knob.is_open:
@@ -124,7 +122,7 @@ def configuration(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     def act() -> None:
         _command("config", "load", str(file), "--device", "emulated")
 
-    return act, _sentence
+    return act, sentence
 
 
 def _command(*arguments: str) -> None:
@@ -150,14 +148,14 @@ def calibration_report(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     found = _found()
     os.environ["XDG_DATA_HOME"] = str(folder)
     serial = str(found.conditions["serial"])
-    return _old_or_new(
+    return old_or_new(
         keeping.place_of(serial), lambda: keeping.keep(found), lambda: keeping.kept(serial)
     )
 
 
 def report(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     file = folder / "report.zip"
-    return _old_or_new(
+    return old_or_new(
         file,
         lambda: bug_report.collect("emulated", file, duration_s=0.1),
         lambda: zipfile.ZipFile(file).testzip() is None,
@@ -168,45 +166,9 @@ def table(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     file = folder / "x.csv"
     with torsio.open("emulated") as knob:
         recorded = torsio.Recorded(knob.record(0.05))
-    return _old_or_new(
+    return old_or_new(
         file, lambda: recorded.save(file), lambda: len(file.read_text().splitlines()) == 51
     )
-
-
-def results(folder: Path) -> tuple[Callable[[], Any], Wrong]:
-    file = folder / "x.json"
-    rows = [1.0] * 1000
-    return _old_or_new(
-        file,
-        lambda: common.save({"study": "x", "rows": rows}, file),
-        lambda: json.loads(file.read_text())["rows"] == rows,
-    )
-
-
-@dataclasses.dataclass(frozen=True)
-class _Batch:
-    group: str = "x"
-    index: int = 0
-    designs: tuple[int, ...] = (1, 2)
-
-
-def store(folder: Path) -> tuple[Callable[[], Any], Wrong]:
-    kept = Store(folder / "store", {})
-    batch, rows = _Batch(), [{"a": 1.0}, {"a": 2.0}]
-    kept.write(_Batch(index=1), rows)
-
-    def act() -> None:
-        kept.write(batch, rows)
-        kept.intact([batch, _Batch(index=1)])
-
-    def wrong(raised: BaseException | None) -> str:
-        if {_Batch(index=1)} - kept.intact([batch, _Batch(index=1)]):
-            return "what was there before is gone"
-        if any(".part" in path.name for path in kept.folder.iterdir()):
-            return "something is left beside it"
-        return _sentence(raised)
-
-    return act, wrong
 
 
 class _Board(StandIn):
@@ -231,31 +193,29 @@ def firmware_update(folder: Path) -> tuple[Callable[[], Any], Wrong]:
             return "" if board.taken == image() else "not whole, and nothing was raised"
         frames = {frame.name for frame in traceback.extract_tb(raised.__traceback__)}
         # The library does not report errors of the stand-in's own files.
-        return "" if frames & {"appear", "_take"} else _sentence(raised)
+        return "" if frames & {"appear", "_take"} else sentence(raised)
 
     return lambda: torsio.update_firmware(file, host=board, timeout_s=1.0), wrong
 
 
-SCENARIOS = {
+SCENARIOS: dict[str, Scenario] = {
     "recording": recording,
     "configuration file": configuration,
     "calibration report": calibration_report,
     "bug report": report,
     "table": table,
     "firmware update": firmware_update,
-    "study's results": results,
-    "study's store": store,
 }
 
 
-def trial(failing: Failing, name: str, at: int, error: int) -> tuple[str, int]:
+def trial(failing: Failing, scenario: Scenario, at: int, error: int) -> tuple[str, int]:
     """Let one operation fail; say what is wrong afterwards, and how many there were."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made).resolve()
         inside = folder / "files"
         inside.mkdir()
         tempfile.tempdir = str(folder)
-        act, wrong = SCENARIOS[name](inside)
+        act, wrong = scenario(inside)
         raised: BaseException | None = None
         failing.arm(folder, at, error)
         try:
@@ -271,17 +231,17 @@ def trial(failing: Failing, name: str, at: int, error: int) -> tuple[str, int]:
             return f"{type(caught).__name__} afterwards: {caught}", count
 
 
-def main(every: int, names: list[str]) -> None:
-    """Run scenarios with each of their operations failing in each way."""
+def main(scenarios: Mapping[str, Scenario], every: int, names: list[str]) -> None:
+    """Run scenarios, all if none is named, with each of their operations failing in each way."""
     failing = Failing()
-    for name in names:
-        _, count = trial(failing, name, -1, 0)
+    for name in names or scenarios:
+        _, count = trial(failing, scenarios[name], -1, 0)
         for kind, error in ERRORS.items():
             for at in range(0, count, every):
-                said, done = trial(failing, name, at, error)
+                said, done = trial(failing, scenarios[name], at, error)
                 if done:  # a call that is no write is not half done
                     print(json.dumps([name, kind, said, f"operation {at}"]), flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), sys.argv[2:])
+    main(SCENARIOS, int(sys.argv[1]), sys.argv[2:])

@@ -22,17 +22,8 @@ from torsio.common import whole_file
 from torsio.errors import Error
 from torsio.trading.runs import Kept
 from torsio.trading.sources import configuration_of
-from torsio_studies import common
-from torsio_studies.design.store import Store
 
 SERVER = Path(torsio.__file__).parent / "bin/torsio_virtual_knob"
-
-
-@dataclass(frozen=True)
-class Batch:
-    group: str = "x"
-    index: int = 0
-    designs: tuple[int, ...] = (1, 2)
 
 
 @dataclass
@@ -81,28 +72,12 @@ def configuration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
     return Reader(path, torsio.dump_config(knob).encode(), read, takes=("utf-16", "utf-32"))
 
 
-def results(folder: Path, _: pytest.MonkeyPatch) -> Reader:
-    path = folder / "x.json"
-    common.save({"study": "x", "schema": common.SCHEMA, "rows": [1.0, 2.5]}, path)
-    return Reader(path, path.read_bytes(), lambda: common.load(path, "x"))
-
-
 def calibration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
     path = folder / "KNOB.json"
     monkeypatch.setattr(keeping, "place_of", lambda _: path)
     valid = json.dumps({"quantities": {"inertia": 1e-5}, "conditions": {"serial": "KNOB"}})
     takes = ("nowhere", "nothing", "utf-16", "utf-32")  # nobody has calibrated it
     return Reader(path, valid.encode(), lambda: keeping.kept("KNOB"), takes=takes)
-
-
-def store(folder: Path, _: pytest.MonkeyPatch) -> Reader:
-    kept, batch = Store(folder, {}), Batch()
-    kept.write(batch, [{"a": 1.0}, {"a": 2.0}])
-
-    def read() -> str:
-        return f"{len(kept.intact([batch]))} {kept.read([batch])}"
-
-    return Reader(kept.path(batch), kept.path(batch).read_bytes(), read, is_sealed=True)
 
 
 def recording(folder: Path, _: pytest.MonkeyPatch) -> Reader:
@@ -163,7 +138,7 @@ def trade_kept(folder: Path, _: pytest.MonkeyPatch) -> Reader:
 READERS: dict[str, Make] = {
     made.__name__: made
     for made in (
-        *(configuration, results, calibration, store, recording, firmware, hand),
+        *(configuration, calibration, recording, firmware, hand),
         *(trade_config, trade_kept),
     )
 }
@@ -210,8 +185,12 @@ def places(path: Path) -> Iterator[str]:
 def test_bad_file_is_told_in_a_sentence_and_changes_nothing(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    check(READERS[name](tmp_path, monkeypatch), monkeypatch)
+
+
+def check(reader: Reader, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put what may lie there in the place of what is read."""
     monkeypatch.setattr(whole_file, "_MOST_BYTES", 1 << 20)
-    reader = READERS[name](tmp_path, monkeypatch)
     reader.path.write_bytes(reader.valid)
     good = reader.read()
 
@@ -219,7 +198,7 @@ def test_bad_file_is_told_in_a_sentence_and_changes_nothing(
         """Read what is there; give the sentence, or nothing if it was taken."""
         try:
             read = reader.read()
-        except (Error, common.StudyError, OSError) as error:
+        except (Error, OSError) as error:
             said = f"{what}: {error}"
             assert reader.path.name in said, said
             assert len(said) < 500, said

@@ -12,7 +12,7 @@ import pytest
 
 import torsio
 from tests.board import pico
-from tests.board.hidden import board_plant, calibrate_hidden, hidden_board
+from tests.studies.hidden import board_plant, calibrate_hidden, hidden_board
 from torsio.calibration import calibrate, left_out, procedure
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Quantity, Refusal

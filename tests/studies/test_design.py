@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 from typer.testing import CliRunner
@@ -152,26 +152,6 @@ def test_store_gives_back_what_was_written(tmp_path: Path) -> None:
     assert Store(tmp_path / "r", KEY).intact(BATCHES) == {BATCHES[1]}
     table = store.read([BATCHES[1]])["sample"]
     assert {name: float(values[0]) for name, values in table.items()} == ROW
-
-
-@given(cut=st.integers(0, 400), flip=st.integers(0, 400))
-@settings(max_examples=30)
-def test_damaged_file_is_named_and_nothing_is_touched(
-    tmp_path_factory: pytest.TempPathFactory, cut: int, flip: int
-) -> None:
-    store = Store(tmp_path_factory.mktemp("r"), KEY)
-    store.write(BATCHES[0], [ROW])
-    store.write(BATCHES[1], [ROW])
-    path = store.path(BATCHES[0])
-    data = bytearray(path.read_bytes()[:cut])
-    if data:
-        data[flip % len(data)] ^= 0x5A
-    path.write_bytes(bytes(data))
-    with pytest.raises(StudyError, match=f"{path.name} is damaged: delete it") as caught:
-        store.intact(BATCHES)
-    assert "all others are kept" in str(caught.value)
-    assert path.read_bytes() == bytes(data)
-    assert store.intact(BATCHES[1:]) == {BATCHES[1]}
 
 
 def test_a_flipped_bit_never_gives_other_numbers(tmp_path: Path) -> None:

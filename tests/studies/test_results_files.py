@@ -6,21 +6,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from rich.table import Table
 
+from tests.faults import faults
+from tests.python.test_readers import Reader, check
+from tests.studies import tables
+from tests.studies.files import Batch
 from torsio_studies import common
+from torsio_studies.design.store import Store
 from torsio_studies.execution import execute
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["[" * 100_000, '{"a":' * 100_000, '{"study": ' + "9" * 5000 + "}", "{", "\x00", "[1]", "3"],
-    ids=["deep list", "deep object", "long number", "cut", "zero", "list", "number"],
-)
-def test_file_that_holds_no_results_is_named_in_one_sentence(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "paper.json"
-    path.write_text(text)
-    with pytest.raises(common.StudyError, match=r"paper\.json"):
-        common.load(path, "paper")
 
 
 def test_study_without_a_package_says_which(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,3 +27,45 @@ def test_study_without_a_package_says_which(monkeypatch: pytest.MonkeyPatch) -> 
         common.StudyError, match="needs the Python package scipy: pip install scipy"
     ):
         execute("fidelity")
+
+
+def test_tables_that_a_study_shows_take_the_places_of_its_page() -> None:
+    shown = tables.Shown()
+    for title in ("one", "two"):
+        small = Table("case", "here", title=title)
+        small.columns[1].justify = "right"
+        small.add_row("[bold]a|b[/bold]", "1\n%")
+        shown.print(small, "words")
+    page = "<!-- begin: torsio study a 1 -->\nold\n<!-- end: torsio study a 1 -->\n"
+    assert tables.put_shown(page, "a", shown, "Revision 1.").splitlines()[1:-1] == [
+        "Revision 1.", "", "| of what | case | here |", "|---|---|--:|",
+        "| one | a\\|b | 1, % |", "| two | a\\|b | 1, % |",
+    ]  # fmt: skip
+    assert tables.put_shown(page, "b", shown, "Revision 1.") == page
+
+
+def test_bad_results_are_told_in_a_sentence_and_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "x.json"
+    common.save({"study": "x", "schema": common.SCHEMA, "rows": [1.0, 2.5]}, path)
+    check(Reader(path, path.read_bytes(), lambda: common.load(path, "x")), monkeypatch)
+
+
+def test_bad_store_is_told_in_a_sentence_and_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept, batch = Store(tmp_path, {}), Batch()
+    kept.write(batch, [{"a": 1.0}, {"a": 2.0}])
+    path = kept.path(batch)
+
+    def read() -> str:
+        return f"{len(kept.intact([batch]))} {kept.read([batch])}"
+
+    check(Reader(path, path.read_bytes(), read, is_sealed=True), monkeypatch)
+
+
+def test_file_operation_of_a_store_that_fails_once_is_told_and_loses_nothing() -> None:
+    outcomes = list(faults.of_files(3, "study's store", module="tests.studies.files"))
+    assert outcomes
+    assert [outcome for outcome in outcomes if outcome[2]] == []

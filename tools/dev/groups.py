@@ -124,7 +124,7 @@ class Group:
 # Folders of tests that tests of other folders import.
 _TESTS_USED = (
     *("tests/faults", "tests/bench", "tests/vm/guest", "tests/mutation", "tests/board"),
-    *("tests/studies", "tests/recordings.py", "tests/pages.py"),
+    *("tests/recordings.py", "tests/pages.py"),
 )
 _COVERED_BY_CPP = (
     *(*_LIBRARIES, "firmware", "studies/CMakeLists.txt", "studies/src", "examples", "tools"),
@@ -132,7 +132,7 @@ _COVERED_BY_CPP = (
     *("tests/golden", "tests/bench", "tests/vm", "docs/explanation/architecture.md"),
 )
 _COVERED_BY_BOARDS = (
-    *(*_PYTHON, "firmware", "studies", "tools", "tests/mutation", "tests/bench"),
+    *(*_PYTHON, "firmware", "tools", "tests/mutation", "tests/bench"),
     *_BOARD_PAGES,
 )
 _COVERED_BY_KERNELS = (
@@ -148,11 +148,11 @@ _COVERED_BY_KERNELS = (
 )
 # Tests that measure again the figures of pages.
 _FIGURES = (
-    "tests/board/test_binary.py",
-    *("tests/studies/test_bench_brake.py", "tests/studies/test_bench_stiffness.py"),
+    *("tests/studies/test_binary.py", "tests/studies/test_brake.py"),
+    "tests/studies/test_bench_stiffness.py",
 )
 _FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
-_BOARD_NEEDS = ("firmware", "python", "studies")
+_BOARD_NEEDS = ("firmware", "python")
 _EVERY_BOARD = {BOARDS_VARIABLE: " ".join(building.BOARDS)}
 
 GROUPS = {
@@ -169,9 +169,9 @@ GROUPS = {
     "library": Group(
         "the Python package: driver, emulated device, physics against their oracles",
         ("tests/python", "tests/test_faults.py"),
-        ("release", "python", "studies"),
+        ("release", "python"),
         (
-            *(*_PYTHON, "studies", "examples", "tools", *_TESTS_USED),
+            *(*_PYTHON, "examples", "tools", *_TESTS_USED),
             *("docs/how-to/testing.md", "docs/reference/testing.md"),
         ),
     ),
@@ -274,17 +274,24 @@ GROUPS = {
     "figures": Group(
         "what pages say of binaries and benchmarks",
         _FIGURES,
-        ("release", *_BOARD_NEEDS),
-        _COVERED_BY_BOARDS,
+        ("release", *_BOARD_NEEDS, "studies"),
+        (*_COVERED_BY_BOARDS, "studies", "tests/studies", "tests/board"),
         _EVERY_BOARD,
         slow=True,
     ),
     "making": Group(
         "the knob to build: finite elements of two programs, solids, drawings, every rehearsal",
         ("tests/making",),
-        (*_BOARD_NEEDS, "hardware", "making", "page"),
+        (*_BOARD_NEEDS, "studies", "hardware", "making", "page"),
         (
-            *(*_COVERED_BY_BOARDS, "hardware", "studio", "tests/hardware", "tests/studio"),
+            *(
+                *_COVERED_BY_BOARDS,
+                "studies",
+                "hardware",
+                "studio",
+                "tests/hardware",
+                "tests/studio",
+            ),
             *_MAKING_PAGES,
         ),
         {BOARDS_VARIABLE: "pico2"},
@@ -294,7 +301,7 @@ GROUPS = {
         "builds of other kinds, studies on a cluster, learning, what editors know of types",
         ("tests/test_install.py", "tests/test_guides.py", "tests/python", "tests/studies"),
         ("release", "python", "studies"),
-        (*_COVERED_BY_BOARDS, "examples", *_PAGES),
+        (*_COVERED_BY_BOARDS, "studies", "examples", *_PAGES),
         {SLOW_VARIABLE: "1"},
         slow=True,
     ),

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import Any
 
 import pytest
 
-from tests.bench import bench_binary
-from tests.bench.bench_binary import BINARY, EMULATED, NOISE, SCENARIOS, Scenario
 from tests.board import felt, pico
+from tests.studies import binary
+from tests.studies.binary import BINARY, EMULATED, NOISE, SCENARIOS, Scenario
 
 # The difference of binary and emulated device by docs/results.md, in N m: root of the
 # mean square, and the most.
@@ -78,14 +79,18 @@ def _check_cut(found: dict[str, Any], kind: str) -> None:
 CHECKS = {"push": _check_push, "bounce": _check_bounce, "cut": _check_cut}
 
 
-@pytest.mark.boards_in_turn
-@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda one: one.name)
-def test_documents_say_what_binary_and_emulated_device_do(scenario: Scenario) -> None:
-    found = bench_binary.run(scenario)
+@pytest.mark.parametrize(
+    ("scenario", "board"),
+    zip(SCENARIOS, itertools.cycle(pico.MODELS)),
+    ids=lambda one: getattr(one, "name", one),
+)
+def test_documents_say_what_binary_and_emulated_device_do(scenario: Scenario, board: str) -> None:
+    pico.choose(board)
+    found = binary.run(scenario)
     for kind in (BINARY, EMULATED):
         CHECKS[scenario.name](scenario.measure(found[kind]), kind)
     for kind in (BINARY, NOISE):
-        usual_nm, most_nm = bench_binary.apart_nm(found, kind)
+        usual_nm, most_nm = binary.apart_nm(found, kind)
         usual_bound_nm, most_bound_nm = BOUNDS_NM[scenario.name]
         assert usual_nm < usual_bound_nm
         assert most_nm < most_bound_nm
