@@ -19,7 +19,7 @@ from torsio import calibration
 from torsio.apps.cli import app
 from torsio.apps.commands.calibrate import words_of
 from torsio.apps.doctor.knob import missing
-from torsio.calibration import brake, numeric, procedure, report
+from torsio.calibration import brake, numeric, report, steps
 from torsio.calibration.proposal import certain_assist_nm
 
 
@@ -242,7 +242,7 @@ def test_brake_that_is_no_straight_line_is_told_in_words(monkeypatch: pytest.Mon
         before_nm = np.interp(log.brake_nm, torque_of(commands_nm), commands_nm)
         return replace(log, brake_nm=before_nm)
 
-    monkeypatch.setattr(procedure, "slip", relabelled)
+    monkeypatch.setattr(steps, "slip", relabelled)
     options = torsio.EmulatorOptions(control_rate_hz=10_000.0)
     with torsio.open("emulated", emulator=options) as knob:
         result = calibration.calibrate(knob)

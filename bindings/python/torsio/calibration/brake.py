@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from torsio.calibration.brake_curve import BrakeCurve, curve_of
+from torsio.calibration.free import Free
+from torsio.calibration.left_out import honest
 from torsio.calibration.numeric import Solution, gauss_newton, kernel, linear, play_of, smooth
 from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
@@ -154,89 +156,104 @@ def _over_command(curve: BrakeCurve, gain: float, half_width_nm: float, left: fl
     )  # fmt: skip
 
 
-def estimate_brake(
-    log: Run,
-    cogging_nm: Callable[[Array], Array],
-    *,
-    inertia_kg_m2: float,
-    viscous_nm_s_per_rad: float,
-    coulomb: Quantity,
-    flexible_s2: float,
-    demagnetised: bool,
-) -> Brake:
-    """Estimate the brake from `slip`, after `hold_and_let_go`.
+@dataclass(frozen=True)
+class _Stairs:
+    """The stairs as they were measured."""
 
-    Parameters
-    ----------
-    cogging_nm
-        Torque on the knob over the angle.
-    inertia_kg_m2, viscous_nm_s_per_rad, coulomb
-        Values of all that turns, once the brake has held and let go.
-    flexible_s2
-        The brake's inertia over the shaft's stiffness.
-    demagnetised
-        True if the board takes away what is left of it a while after it has let go, all or some.
+    time_s: Array
+    torque_nm: Array  # that brake and friction took, smoothed, shape (n,) like the times
+    turning: npt.NDArray[np.bool_]
+    chosen: npt.NDArray[np.intp]  # numbers of the rows that a fit uses
+    through: Array  # smooths a model like the torque
+    begins_s: Array  # of each stair
+    commands_nm: Array
+    began_sigma_s: float  # by so much a begin may be off
+    row_s: float  # between two chosen rows
+    demagnetised: bool
 
-    Raises
-    ------
-    Refusal
-        "wide_loop", "no_brake", "unexplained".
-    """
+    @property
+    def top_nm(self) -> float:
+        """The highest stair."""
+        return float(np.max(self.commands_nm))
+
+    @property
+    def measured(self) -> Array:
+        """The torque at the chosen rows."""
+        return self.torque_nm[self.chosen]
+
+    def model(self, value: Array) -> Array:
+        """Give the torque at the chosen rows by gain, half a loop, both lags and friction."""
+        gain, width, rise, release, friction = (float(number) for number in value)
+        width, lags = abs(width), (abs(rise), abs(release))
+        first = 0.0 if self.demagnetised else width
+        braked = _braked(self.time_s, self.begins_s, self.commands_nm, width, first, lags)
+        padded = np.pad(braked, len(self.through) // 2, mode="edge")
+        smoothed = np.convolve(padded, self.through, mode="valid")[: len(self.time_s)]
+        return np.asarray(gain * smoothed + friction, dtype=np.float64)[self.chosen]
+
+
+def _stairs_of(log: Run, free: Free, flexible_s2: float, *, demagnetised: bool) -> _Stairs:
     half = max(round(12e-3 / log.period_s), 3)
     window, first, second = kernel(half, log.period_s)
-    # The brake's inertia on the shaft's spring takes a part of how its torque bends.
-    through = window - flexible_s2 * second
-    valid = slice(half + 1, len(log.time_s) - half - 1)
-    time_s = log.time_s[valid]
+    time_s = log.time_s[half + 1 : len(log.time_s) - half - 1]
     speed = smooth(log.angle_rad - log.angle_rad[0], first, odd=True)
     acceleration = smooth(log.angle_rad - log.angle_rad[0], second)
-    given = log.motor_nm + cogging_nm(log.angle_rad)
+    given = log.motor_nm + free.cogging.torque_nm(log.angle_rad)
     motor = np.convolve(given, window, mode="valid").astype(np.float64)[: len(time_s)]
-    torque = motor - inertia_kg_m2 * acceleration - viscous_nm_s_per_rad * speed
     turning = (speed > 0.3) & (time_s > log.time_s[0] + 0.4)
     changes = np.flatnonzero(np.abs(np.diff(log.brake_nm)) > 1e-6) + 1
     # A sample shows the command at its begin, so of the tick before it. A step may come in any of
     # the ticks since the last sample.
     began_s = log.time_s[changes] - 0.5 * (log.period_s + log.tick_s)
-    began_sigma_s = math.sqrt(max(log.period_s**2 - log.tick_s**2, 0.0) / 12.0)
     begins = np.append(log.time_s[0] - 1.0, began_s)
     commands = np.append(log.brake_nm[0], log.brake_nm[changes])
-    top = float(np.max(commands))
     thin = max(round(2e-3 / log.period_s), 1)
     # When a board demagnetises, and how much of it, no model says.
     told = commands[np.searchsorted(begins, time_s, side="right") - 1]
     known = turning & ~(demagnetised & (told == 0.0))
-    chosen = np.flatnonzero(known)[::thin]
+    return _Stairs(
+        time_s,
+        motor - free.inertia.value * acceleration - free.viscous.value * speed,
+        turning,
+        np.flatnonzero(known)[::thin],
+        # The brake's inertia on the shaft's spring takes a part of how its torque bends.
+        window - flexible_s2 * second,
+        begins,
+        commands,
+        math.sqrt(max(log.period_s**2 - log.tick_s**2, 0.0) / 12.0),
+        thin * log.period_s,
+        demagnetised,
+    )
 
-    def model(value: Array) -> Array:
-        gain, width, rise, release, friction = (float(number) for number in value)
-        width, lags = abs(width), (abs(rise), abs(release))
-        begin = 0.0 if demagnetised else width
-        braked = _braked(time_s, begins, commands, width, begin, lags)
-        smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), through, mode="valid")
-        return np.asarray(gain * smoothed[: len(time_s)] + friction, dtype=np.float64)[chosen]
 
-    measured = torque[chosen]
-
+def _fitted(stairs: _Stairs) -> Solution:
+    """Fit gain, half a loop, both lags and friction."""
+    measured, top = stairs.measured, stairs.top_nm
     begin = np.array([1.0, 0.0, 0.06, 0.06, float(np.min(measured))])
     scale = np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5])
-    options: dict[str, int] = {"lags": max(round(0.06 / (thin * log.period_s)), 4), "steps": 15}
+    options: dict[str, int] = {"lags": max(round(0.06 / stairs.row_s), 4), "steps": 15}
     trials = [
         gauss_newton(
-            model, measured, begin + np.array([0.0, width, 0.0, 0.0, 0.0]), scale=scale, **options
+            stairs.model, measured, begin + np.array([0.0, width, 0.0, 0.0, 0.0]), scale=scale,
+            **options,
         )
         for width in (0.02 * top, 0.15 * top, 0.3 * top, 0.45 * top)
-    ]
+    ]  # fmt: skip
     best = min(trials, key=_left)
     # A narrow loop takes the shaft's winding for its own; without one the lags are right.
     narrow = gauss_newton(
-        lambda value: model(np.insert(value, 1, 0.0)),
+        lambda value: stairs.model(np.insert(value, 1, 0.0)),
         measured, np.delete(begin, 1), scale=np.delete(scale, 1), **options,
     )  # fmt: skip
     if _left(best) > _LOOP_EXPLAINS * _left(narrow):
-        best = _with_width(narrow, math.hypot(best.value[1], best.sigma(1)))
-    gain, width, rise, release, friction = (float(number) for number in best.value)
-    left = float(np.sqrt(np.mean(best.residual**2)))
+        return _with_width(narrow, math.hypot(best.value[1], best.sigma(1)))
+    return best
+
+
+def _refuse_odd(fit: Solution, top: float) -> None:
+    """Refuse what is no brake up to this torque."""
+    gain, width = float(fit.value[0]), float(fit.value[1])
+    left = float(np.sqrt(np.mean(fit.residual**2)))
     if gain < 0.1 or abs(width) > _WIDEST * top:
         raise Refusal(
             _STEP, "wide_loop", "the brake's torque hardly follows its command up and down to "
@@ -254,42 +271,68 @@ def estimate_brake(
             "brake with hysteresis and a lag: the brake is at its limit or sticks, or a hand is on "
             "the knob", residual_nm=left,
         )  # fmt: skip
-    fitted_nm = measured - best.residual
-    left_behind = Quantity(
-        "left_nm", gain * abs(width), math.hypot(gain * best.sigma(1), width * best.sigma(0)),
-        "once it has held and let go",
-    )  # fmt: skip
-    if demagnetised:
-        idle = torque[turning & (time_s < begins[1])]
+
+
+def _left_behind(stairs: _Stairs, fit: Solution) -> Quantity:
+    """Give the torque that the brake keeps, once it has held and let go."""
+    gain, width = float(fit.value[0]), abs(float(fit.value[1]))
+    value, sigma = gain * width, math.hypot(gain * fit.sigma(1), width * fit.sigma(0))
+    if stairs.demagnetised:
+        idle = stairs.torque_nm[stairs.turning & (stairs.time_s < stairs.begins_s[1])]
         mean = linear(np.ones((len(idle), 1)), idle, lags=max(len(idle) // 4, 1))
-        left_behind = replace(
-            left_behind,
-            value=float(mean.value[0]) - friction,
-            standard_uncertainty=math.hypot(mean.sigma(0), best.sigma(4)),
+        value, sigma = (
+            float(mean.value[0]) - float(fit.value[4]),
+            math.hypot(mean.sigma(0), fit.sigma(4)),
         )
+    return Quantity("left_nm", value, sigma, "once it has held and let go")
+
+
+def estimate_brake(log: Run, free: Free, flexible_s2: float, *, demagnetised: bool) -> Brake:
+    """Estimate the brake from `slip`, after `hold_and_let_go`.
+
+    Parameters
+    ----------
+    free
+        Friction, cogging and inertia of all that turns, once the brake has held and let go.
+    flexible_s2
+        The brake's inertia over the shaft's stiffness.
+    demagnetised
+        True if the board takes away what is left of it a while after it has let go, all or some.
+
+    Raises
+    ------
+    Refusal
+        "wide_loop", "no_brake", "unexplained".
+    """
+    stairs = _stairs_of(log, free, flexible_s2, demagnetised=demagnetised)
+    fit = _fitted(stairs)
+    _refuse_odd(fit, stairs.top_nm)
+    gain, width, rise, release, friction = (float(number) for number in fit.value)
+    width = abs(width)
+    time_s, measured = stairs.time_s[stairs.chosen], stairs.measured
+    fitted_nm = measured - fit.residual
+    left = _left_behind(stairs, fit)
     curve = curve_of(
-        time_s[chosen], measured, fitted_nm - friction, (begins, commands),
-        gain=gain, half_width_nm=abs(width),
-        friction=coulomb.less("friction_nm", left_behind, "the loop aside"),
+        time_s, measured, fitted_nm - friction, (stairs.begins_s, stairs.commands_nm),
+        gain=gain, half_width_nm=width,
+        friction=honest(free.coulomb).less("friction_nm", left, "the loop aside"),
+    )  # fmt: skip
+
+    def lag(name: str, value: float, at: int, way: str) -> Quantity:
+        sigma = math.hypot(fit.sigma(at), stairs.began_sigma_s)
+        return Quantity(name, abs(value), sigma, f"lag on the way {way}")
+
+    picture = Fit(
+        "Brake stairs: torque, hysteresis and lags", "time, s", "brake and friction, N m",
+        time_s - log.time_s[0], measured, fitted_nm,
     )  # fmt: skip
     return Brake(
-        Quantity("brake_gain", gain, best.sigma(0), "torque over command"),
-        Quantity("hysteresis_nm", abs(width), best.sigma(1), "half the width of its loop"),
-        Quantity(
-            "rise_s", abs(rise), math.hypot(best.sigma(2), began_sigma_s), "lag on the way up"
-        ),
-        Quantity(
-            "release_s", abs(release), math.hypot(best.sigma(3), began_sigma_s),
-            "lag on the way down",
-        ),
-        left_behind,
-        top,
+        Quantity("brake_gain", gain, fit.sigma(0), "torque over command"),
+        Quantity("hysteresis_nm", width, fit.sigma(1), "half the width of its loop"),
+        lag("rise_s", rise, 2, "up"),
+        lag("release_s", release, 3, "down"),
+        left,
+        stairs.top_nm,
         curve,
-        (
-            Fit(
-                "Brake stairs: torque, hysteresis and lags", "time, s", "brake and friction, N m",
-                time_s[chosen] - log.time_s[0], measured, fitted_nm,
-            ),
-            _over_command(curve, gain, abs(width), 0.0 if demagnetised else abs(width)),
-        ),
-    )  # fmt: skip
+        (picture, _over_command(curve, gain, width, 0.0 if demagnetised else width)),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from torsio.calibration.electric import (
     motor,
     winding,
 )
+from torsio.calibration.found import Known, Runs
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Quantity
 from torsio.knob import Knob
@@ -243,17 +244,23 @@ class CircuitSteps:
 
     Parameters
     ----------
-    say
-        Told the name of each step.
+    motor_nm, brake_nm
+        The most that they ask of both.
     supply_v
         Voltage by a meter; None: nobody has measured it.
+
+    Attributes
+    ----------
+    found
+        The circuit, once the knob was held.
     """
 
     def __init__(
-        self, knob: Knob, player: Player, say: Callable[[str], object], supply_v: float | None
+        self, knob: Knob, *, motor_nm: float, brake_nm: float, supply_v: float | None
     ) -> None:
-        self._knob, self._player, self._say = knob, player, say
+        self._knob, self._motor_nm, self._brake_nm = knob, motor_nm, brake_nm
         self._board = board = knob.board_config()
+        self.found: Circuit | None = None
         self._supply_sigma = 0.0
         self._guesses_supply = supply_v is None and board.supply_sense_pin == 0
         if supply_v is not None:
@@ -262,40 +269,27 @@ class CircuitSteps:
         elif self._guesses_supply:
             self._supply_sigma = SUPPLY_CONFIGURED
 
-    @classmethod
-    def of(
-        cls,
-        knob: Knob,
-        player: Player,
-        say: Callable[[str], object],
-        *,
-        supply_v: float | None = None,
-    ) -> CircuitSteps | None:
-        """Give them; None for a device that measures no current."""
-        return cls(knob, player, say, supply_v) if player.motor_current().measured else None
-
-    def look(self, motor_nm: float) -> None:
+    def look(self, player: Player, _: Known) -> Runs:
         """Look at the current sensor before anything turns; raises as `listen_at_rest`, `pulse`."""
-        self._say(ELECTRIC_STEPS[0])
-        self._sensor = listen_at_rest(self._player, self._board)
-        pulse(self._player, self._board, motor_nm=motor_nm)
+        self._sensor = listen_at_rest(player, self._board)
+        pulse(player, self._board, motor_nm=self._motor_nm)
+        return ()
 
-    def turn(self, motor_nm: float) -> None:
+    def turn(self, player: Player, _: Known) -> Runs:
         """Turn the knob, which is free. Raises as `turn_steadily`."""
-        self._say(ELECTRIC_STEPS[1])
-        self._turned = turn_steadily(self._player, self._board, motor_nm=motor_nm)
+        self._turned = turn_steadily(player, self._board, motor_nm=self._motor_nm)
+        return ()
 
-    def hold(self, *, motor_nm: float, brake_nm: float) -> Circuit:
-        """Hold the knob, and estimate all; the player knows from then on what torques are.
+    def hold(self, player: Player, known: Known) -> Runs:
+        """Hold the knob, estimate all, and give the turns with the torques as they truly were.
 
         Raises
         ------
         Refusal
             As `push_current`, and `winding` and `motor` of `torsio.calibration.electric`.
         """
-        self._say(ELECTRIC_STEPS[2])
         board = self._board
-        held = push_current(self._player, board, motor_nm=motor_nm, brake_nm=brake_nm)
+        held = push_current(player, board, motor_nm=self._motor_nm, brake_nm=self._brake_nm)
         believed_by_board = {
             "believed_ohm": board.motor_resistance_ohm,
             "believed_h": board.motor_inductance_h,
@@ -314,8 +308,10 @@ class CircuitSteps:
             motor_torque_constant_nm_per_a=constant,
         )
         # The device may still use older values than the configured ones.
-        believed = self._player.motor_current().torque_constant_nm_per_a
-        self._player.torque_share = constant / believed
-        self._player.drive = drive_of(self._knob, proposed)
+        believed = player.motor_current().torque_constant_nm_per_a
+        player.torque_share = constant / believed
+        player.drive = drive_of(self._knob, proposed)
         quantities = (*self._sensor, found.resistance, found.inductance, found.gain, found.constant)
-        return Circuit(quantities, found, proposed, found.constant_sigma)
+        self.found = Circuit(quantities, found, proposed, found.constant_sigma)
+        assert known.turns is not None
+        return (player.known(known.turns),)

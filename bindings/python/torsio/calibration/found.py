@@ -9,10 +9,11 @@ from torsio.calibration.brake import STAIRS_RAD_S, Brake
 from torsio.calibration.drive import Drive
 from torsio.calibration.free import Free
 from torsio.calibration.left_out import by_brake, honest
+from torsio.calibration.play import Run
 from torsio.calibration.quantity import Quantity
 from torsio.calibration.shaft import Shaft
 
-__all__ = ["Parts", "quantities_of"]
+__all__ = ["Known", "Parts", "Runs", "quantities_of"]
 
 # The brake's side has from none up to this share of all viscous friction, each value as likely.
 # Knob and brake turn alike in every experiment, so nothing tells them apart.
@@ -29,7 +30,39 @@ class Parts:
 
     free: Free
     shaft: Shaft
-    brake: Brake | None
+    brake: Brake | None = None
+
+    @property
+    def knob_inertia_kg_m2(self) -> float:
+        """Inertia of the knob's side alone, a guess after a quick look."""
+        found = self.shaft.knob_inertia
+        return 0.6 * self.free.inertia.value if found is None else found.value
+
+    @property
+    def flexible_s2(self) -> float:
+        """The brake's inertia over the shaft's stiffness."""
+        brake_kg_m2 = max(self.free.inertia.value - self.knob_inertia_kg_m2, 0.0)
+        return brake_kg_m2 / self.shaft.stiffness.value
+
+
+@dataclass(frozen=True)
+class Known:
+    """Findings of the steps so far, and the turns, which later steps read again."""
+
+    turns: Run | None = None
+    free: Free | None = None
+    shaft: Shaft | None = None
+    brake: Brake | None = None
+
+    @property
+    def parts(self) -> Parts:
+        """The findings once there are friction and shaft."""
+        assert self.free is not None
+        assert self.shaft is not None
+        return Parts(self.free, self.shaft, self.brake)
+
+
+Runs = tuple[Run, ...]
 
 
 def _knob_viscous(viscous: Quantity) -> Quantity:

@@ -237,9 +237,36 @@ class _Curve:
     def backlash(self) -> tuple[float, float]:
         """Backlash and its uncertainty, from a fit that allows it."""
         if self.is_bent:
-            return 2.0 * float(self.fit.value[5]), 2.0 * self.fit.sigma(5)
-        value, sigma = float(self.fit.value[3]), self.fit.sigma(3)
-        return -2.0 * value / self.stiffness, 2.0 * sigma / self.stiffness
+            value, sigma = 2.0 * float(self.fit.value[5]), 2.0 * self.fit.sigma(5)
+        else:
+            value = -2.0 * float(self.fit.value[3]) / self.stiffness
+            sigma = 2.0 * self.fit.sigma(3) / self.stiffness
+        if value < 0.0:  # a shaft whose first knee was not seen, and that has none
+            sigma = math.hypot(sigma, value)
+        if self.is_bent:  # the knee's error is in the backlash too
+            sigma = math.hypot(sigma, LEFT_OUT["knee_rad"][0] * self.knee)
+        return value, sigma
+
+    def corners(self, reach: float) -> Array:
+        """Give twist and torque of the corners up to a twist."""
+        ends = [0.0, self.knee, reach] if self.is_bent else [0.0, reach]
+        twist = np.array(ends)
+        return np.column_stack([twist, _spring(twist, self.stiffness, self.knee, self.extra)])
+
+    def bend(self) -> tuple[Quantity | None, Quantity | None]:
+        """Give the knee, and the factor by which the stiffness changes there, if there is one."""
+        if not self.is_bent:
+            return None, None
+        stiffness, extra = self.stiffness, self.extra
+        slope = np.array([-extra / stiffness**2, 1.0 / stiffness])
+        among = self.fit.covariance[np.ix_([0, 4], [0, 4])]
+        return (
+            Quantity("knee_rad", self.knee, self.fit.sigma(3), "the shaft is linear up to here"),
+            Quantity(
+                "stiffness_factor", (stiffness + extra) / stiffness,
+                float(np.sqrt(slope @ among @ slope)), "stiffness beyond it",
+            ),
+        )  # fmt: skip
 
 
 def _curve(edges: _Edges) -> _Curve:
@@ -260,6 +287,36 @@ def _with_sides(edges: _Edges, coulomb: float) -> _Edges:
     clear = np.abs(held) > 0.05 * np.max(np.abs(held))
     return _Edges(
         edges.angle_rad[clear], edges.torque_nm[clear], edges.way[clear], np.sign(held[clear])
+    )
+
+
+@dataclass(frozen=True)
+class _Swing:
+    """The swings of the knob on the shaft, None where there were no steps."""
+
+    inertia: Quantity | None = None
+    damping: Quantity | None = None
+    fits: tuple[Fit, ...] = ()
+
+
+def _swing(
+    steps: Run, curve: _Curve, cogging_nm: Callable[[Array], Array], inertia_kg_m2: float
+) -> _Swing:
+    # Without steps there is only the end of the rest before them.
+    if len(steps.time_s) == 0 or steps.time_s[-1] - steps.time_s[0] <= _STEP_S:
+        return _Swing()
+    shape = curve.stiffness, curve.knee, curve.extra
+    ring, angle = estimate_swing(steps, shape, curve.rest, curve.coulomb, cogging_nm, inertia_kg_m2)
+    sigma = math.hypot(ring.sigma(1), curve.fit.sigma(2) / swing_rad_s(angle, steps))
+    picture = Fit(
+        "Brake held, steps: the knob rings on the shaft", "time, s", "twist, rad",
+        steps.time_s - steps.time_s[0],
+        steps.angle_rad + 0.5 * steps.count_rad - curve.rest, angle - curve.rest,
+    )  # fmt: skip
+    return _Swing(
+        Quantity("knob_inertia_kg_m2", float(ring.value[0]), ring.sigma(0), "of motor and knob"),
+        Quantity("shaft_damping_nm_s_per_rad", float(ring.value[1]), sigma, "of shaft and knob"),
+        (picture,),
     )
 
 
@@ -292,92 +349,51 @@ def estimate_shaft(
     sides = _with_sides(edges, curve.coulomb)
     loose = _curve(sides)
     backlash, backlash_sigma = loose.backlash
-    if backlash < 0.0:  # a shaft whose first knee was not seen, and that has none
-        backlash_sigma = math.hypot(backlash_sigma, backlash)
-    if loose.is_bent:  # the knee's error is in the backlash too
-        backlash_sigma = math.hypot(backlash_sigma, LEFT_OUT["knee_rad"][0] * loose.knee)
     # A backlash that may be zero stays out of the fit: it would make the stiffness less certain.
     if backlash > _SURE * backlash_sigma:
         edges, curve = sides, loose
-    fit, is_bent = curve.fit, curve.is_bent
-    stiffness, rest, coulomb = curve.stiffness, curve.rest, curve.coulomb
-    knee, extra = curve.knee, curve.extra
+    fit, stiffness = curve.fit, curve.stiffness
+    _refuse_if_it_strays(fit, edges)
     reach = float(np.ptp(edges.angle_rad)) / 2
-    left = float(np.sqrt(np.mean(fit.residual**2)))
-    pull = float(np.max(np.abs(edges.torque_nm)))
-    if left > 0.04 * pull:
-        raise Refusal(
-            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from its "
-            "curve: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
-        )  # fmt: skip
-
     shape_nm = _shape_nm(fit.residual)
-    lost_nm_per_rad = _SHAPE_TILTS * shape_nm / reach
-    damping = inertia = None
-    fits = [
-        Fit(
-            "Brake held, slow pulls: the shaft's curve", "twist, rad", "motor, N m",
-            edges.angle_rad - rest, edges.torque_nm, edges.torque_nm - fit.residual,
-        )
-    ]  # fmt: skip
-    lag_nm = _rate_nm_s(sweeps) * _LAG_S
-    # Without steps there is only the end of the rest before them.
-    if len(steps.time_s) > 0 and steps.time_s[-1] - steps.time_s[0] > _STEP_S:
-        ring, ring_angle = estimate_swing(
-            steps, (stiffness, knee, extra), rest, coulomb, cogging_nm, inertia_kg_m2
-        )
-        fits.append(
-            Fit(
-                "Brake held, steps: the knob rings on the shaft", "time, s", "twist, rad",
-                steps.time_s - steps.time_s[0],
-                steps.angle_rad + 0.5 * steps.count_rad - rest, ring_angle - rest,
-            )
-        )  # fmt: skip
-        inertia = Quantity(
-            "knob_inertia_kg_m2",
-            float(ring.value[0]),
-            ring.sigma(0),
-            "of motor and knob",
-        )
-        damping = Quantity(
-            "shaft_damping_nm_s_per_rad",
-            float(ring.value[1]),
-            math.hypot(ring.sigma(1), fit.sigma(2) / swing_rad_s(ring_angle, steps)),
-            "of shaft and knob",
-        )
-        # Slow as the pulls are, they feel a little of it.
-        coulomb -= max(damping.value, 0.0) * _rate_nm_s(sweeps) / stiffness
-    friction_sigma = math.hypot(fit.sigma(2), lag_nm)
-    factor = (stiffness + extra) / stiffness
-    knee_quantity = factor_quantity = None
-    corners = [(0.0, 0.0), (reach, stiffness * reach)]
-    if is_bent:
-        knee_quantity = Quantity("knee_rad", knee, fit.sigma(3), "the shaft is linear up to here")
-        slope = np.array([-extra / stiffness**2, 1.0 / stiffness])
-        among = fit.covariance[np.ix_([0, 4], [0, 4])]
-        factor_quantity = Quantity(
-            "stiffness_factor", factor, float(np.sqrt(slope @ among @ slope)), "stiffness beyond it"
-        )
-        end = float(_spring(np.array([reach]), stiffness, knee, extra)[0])
-        corners = [(0.0, 0.0), (knee, stiffness * knee), (reach, end)]
+    swing = _swing(steps, curve, cogging_nm, inertia_kg_m2)
+    rate_nm_s = float(np.ptp(sweeps.motor_nm)) / _SWEEP_S
+    coulomb = curve.coulomb
+    if swing.damping is not None:  # slow as the pulls are, they feel a little of it
+        coulomb -= max(swing.damping.value, 0.0) * rate_nm_s / stiffness
+    picture = Fit(
+        "Brake held, slow pulls: the shaft's curve", "twist, rad", "motor, N m",
+        edges.angle_rad - curve.rest, edges.torque_nm, edges.torque_nm - fit.residual,
+    )  # fmt: skip
     return Shaft(
         Quantity(
-            "stiffness_nm_per_rad", stiffness, math.hypot(fit.sigma(0), lost_nm_per_rad),
-            "of the shaft",
+            "stiffness_nm_per_rad", stiffness,
+            math.hypot(fit.sigma(0), _SHAPE_TILTS * shape_nm / reach), "of the shaft",
         ),
         Quantity(
             "backlash_rad", backlash, math.hypot(backlash_sigma, shape_nm / stiffness),
             "angle lost where the torque turns",
         ),
-        knee_quantity,
-        factor_quantity,
-        np.array(corners),
-        Quantity("knob_coulomb_nm", coulomb, friction_sigma, "dry friction of the knob's side"),
-        inertia,
-        damping,
+        *curve.bend(),
+        curve.corners(reach),
+        Quantity(
+            "knob_coulomb_nm", coulomb, math.hypot(fit.sigma(2), rate_nm_s * _LAG_S),
+            "dry friction of the knob's side",
+        ),
+        swing.inertia,
+        swing.damping,
         shape_nm,
-        tuple(fits),
+        (picture, *swing.fits),
     )  # fmt: skip
+
+
+def _refuse_if_it_strays(fit: Solution, edges: _Edges) -> None:
+    left = float(np.sqrt(np.mean(fit.residual**2)))
+    if left > 0.04 * float(np.max(np.abs(edges.torque_nm))):
+        raise Refusal(
+            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from its "
+            "curve: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
+        )  # fmt: skip
 
 
 def _shape_nm(residual: Array) -> float:
@@ -385,7 +401,3 @@ def _shape_nm(residual: Array) -> float:
     means = residual[: len(residual) // _NEIGHBOURS * _NEIGHBOURS].reshape(-1, _NEIGHBOURS).mean(1)
     shape, noise = float(np.mean(means**2)), float(np.mean(residual**2)) / _NEIGHBOURS
     return math.sqrt(2.0 * (shape - noise)) if shape > _SHAPELY * noise else 0.0
-
-
-def _rate_nm_s(sweeps: Run) -> float:
-    return float(np.ptp(sweeps.motor_nm)) / _SWEEP_S

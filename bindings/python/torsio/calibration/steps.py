@@ -1,0 +1,158 @@
+"""The steps of a calibration: what each plays, what it adds to the findings, what it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from torsio.calibration.brake import estimate_brake, hold_and_let_go, slip
+from torsio.calibration.circuit import ELECTRIC_STEPS, CircuitSteps
+from torsio.calibration.found import Known, Parts, Runs
+from torsio.calibration.free import SLOW_S, estimate_free, spin, through_shaft
+from torsio.calibration.play import Player
+from torsio.calibration.quantity import Refusal
+from torsio.calibration.shaft import estimate_shaft, hold_and_push
+from torsio.calibration.signs import find_signs
+from torsio.printed.config import ActuatorConfig
+
+__all__ = ["STEPS", "Plan", "Step", "steps_of"]
+
+STEPS = ("signs", "friction and inertia", "shaft", "brake")
+"""In their order, as `progress` names them."""
+
+# Largest factor between a device and its configuration; beyond it is a fault.
+_PLAUSIBLE = 5.0
+# Share of a wave of the cogging beyond which the slow turns do not tell its size.
+_SEEN_THROUGH_SHAFT = 0.6
+_LEAST_WAVE_NM = 2e-4  # smaller ones may be noise, and widen the intervals alone
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step.
+
+    Attributes
+    ----------
+    name
+        As `progress` hears it.
+    play
+        Moves the knob, by what is known, and gives the runs.
+    estimate
+        Adds to the known what the runs tell.
+    check
+        Refuses what cannot be.
+    """
+
+    name: str
+    play: Callable[[Player, Known], Runs]
+    estimate: Callable[[Runs, Known], Known] = lambda _, known: known
+    check: Callable[[Known], object] = lambda _: None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much the steps ask for, and how each plays and estimates."""
+
+    actuator: ActuatorConfig
+    motor_nm: float
+    brake_nm: float
+    demagnetised: bool
+    quick: bool
+
+    @property
+    def slow_s(self) -> float:
+        """Duration of the slow turns."""
+        return 0.8 if self.quick else SLOW_S
+
+    def signs(self, player: Player, _: Known) -> Runs:
+        """All steps shall find the brake as it is left, whether it was used before or not."""
+        hold_and_let_go(player, self.brake_nm, STEPS[0])
+        find_signs(player, self.motor_nm, self.actuator.knob_inertia_kg_m2)
+        return ()
+
+    def spin(self, player: Player, _: Known) -> Runs:
+        """Turn the free knob."""
+        return (spin(player, self.motor_nm, slow_s=self.slow_s),)
+
+    def free(self, runs: Runs, _: Known) -> Known:
+        """Estimate friction and inertia."""
+        return Known(runs[0], estimate_free(runs[0], slow_s=self.slow_s))
+
+    def check_inertia(self, known: Known) -> None:
+        """Refuse an inertia far from the configured one."""
+        assert known.free is not None
+        inertia, knob_alone = known.free.inertia.value, self.actuator.knob_inertia_kg_m2
+        if not knob_alone / _PLAUSIBLE < inertia < 2.0 * _PLAUSIBLE * knob_alone:
+            raise Refusal(
+                STEPS[1], "inertia", f"all that turns has {inertia:.2e} kg m^2, but "
+                f"knob_inertia_kg_m2 is {knob_alone:.2e}: the motor's torque constant or the "
+                "encoder's counts are wrong, or something heavy is on the knob. Otherwise correct "
+                "the configuration",
+            )  # fmt: skip
+
+    def _most(self, known: Known) -> dict[str, Any]:
+        assert known.free is not None
+        coulomb_nm = known.free.coulomb.value
+        return {"motor_nm": self.motor_nm, "brake_nm": self.brake_nm, "coulomb_nm": coulomb_nm}
+
+    def push(self, player: Player, known: Known) -> Runs:
+        """Push against the held brake."""
+        return hold_and_push(player, **self._most(known), quick=self.quick)
+
+    def shaft(self, runs: Runs, known: Known) -> Known:
+        """Estimate the shaft, then the cogging through it, and the shaft with that cogging."""
+        free, (pulls, steps) = known.free, runs
+        assert free is not None
+        assert known.turns is not None
+        shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
+        if free.cogging.periods_per_rev:
+            parts = Parts(free, shaft, None)
+            free = through_shaft(free, known.turns, parts.flexible_s2, parts.knob_inertia_kg_m2)
+            shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
+        return replace(known, free=free, shaft=shaft)
+
+    def check_cogging(self, known: Known) -> None:
+        """Refuse waves that the turns did not tell."""
+        free, shaft = known.parts.free, known.parts.shaft
+        is_wave = free.amplitude.value > _LEAST_WAVE_NM
+        is_hidden = is_wave and free.through_shaft > _SEEN_THROUGH_SHAFT
+        if not self.quick and (is_hidden or shaft.shape_nm > _LEAST_WAVE_NM):
+            raise Refusal(
+                STEPS[2], "unexplained", "the turns do not tell how large the motor's cogging is: "
+                "it cogs so often in a turn that the brake's side swings with it, or something "
+                f"rubs or slips. The slow pulls leave a wave of {1e3 * shaft.shape_nm:.1f} mN m",
+                residual_nm=shaft.shape_nm,
+            )  # fmt: skip
+
+    def slip(self, player: Player, known: Known) -> Runs:
+        """Relax the shaft, and turn the knob through the brake."""
+        hold_and_let_go(player, self.brake_nm)
+        return (slip(player, **self._most(known)),)
+
+    def brake(self, runs: Runs, known: Known) -> Known:
+        """Estimate the brake."""
+        parts = known.parts
+        brake = estimate_brake(
+            runs[0], parts.free, parts.flexible_s2, demagnetised=self.demagnetised
+        )
+        return replace(known, brake=brake)
+
+
+def steps_of(plan: Plan, electric: CircuitSteps | None) -> list[Step]:
+    """Give the steps in their order; the electrical ones lie between the others."""
+    signs = Step(STEPS[0], plan.signs)
+    turn = Step(STEPS[1], plan.spin, plan.free, plan.check_inertia)
+    push = Step(STEPS[2], plan.push, plan.shaft, plan.check_cogging)
+    if plan.quick:
+        return [signs, turn, push]
+    rest = [push, Step(STEPS[3], plan.slip, plan.brake)]
+    if electric is None:
+        return [signs, turn, *rest]
+    sensor, turning, holding = ELECTRIC_STEPS
+    return [
+        *(Step(sensor, electric.look), signs, Step(turning, electric.turn)),
+        Step(turn.name, turn.play, turn.estimate),  # in torques that may be wrong
+        replace(turn, name=holding, play=electric.hold),
+        *rest,
+    ]
