@@ -28,6 +28,7 @@ CPP_FOLDERS = (
 PYTHON_FOLDERS = ("bindings", "studies", "hardware", "examples", "tests", "tools")
 PACKAGE_FOLDERS = ("bindings/python", "studies/python", "hardware/python")
 MAX_LINES = 40
+PLAIN_TABLES = "tools/plain_tables.txt"
 SHELL_FILES = ("dev", ".ci/run", "tests/vm/init.sh")
 
 # The tools come with the virtual environment, which need not be activated.
@@ -69,6 +70,18 @@ CHECKS: dict[str, Callable[[], Command]] = {
     "mypy": lambda: _tool("mypy", *_python_folders()),
     "shellcheck": lambda: _tool("shellcheck", *SHELL_FILES),
     "headers": lambda: ["cmake", "--workflow", "--preset", "headers"],
+    "complexity": lambda: _tool(
+        "lizard",
+        "-l",
+        "cpp",
+        "--modified",
+        "-C",
+        "12",
+        "-w",
+        "-W",
+        PLAIN_TABLES,
+        *("firmware", "emulator", "sdk", "bindings/src", "studies/src", "studio/wasm"),
+    ),
     "includes": lambda: [sys.executable, "-m", "tools.check_layers"],
     "imports": lambda: import_linter(TREE),
     "prose": lambda: [sys.executable, "-m", "tools.prose"],

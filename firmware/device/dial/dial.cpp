@@ -63,6 +63,8 @@ void put(std::span<std::uint8_t> report, std::size_t at, std::int64_t value) {
   report[at + 1] = static_cast<std::uint8_t>(value >> 8);
 }
 
+bool scrolls(DialUse use) { return use == DialUse::wheel || use == DialUse::pan; }
+
 }  // namespace
 
 std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
@@ -291,8 +293,7 @@ std::int64_t Dial::speed_bonus(std::int64_t passed_units) {
 std::size_t Dial::next_mouse(std::span<std::uint8_t> report) {
   const bool fine = (fine_ & (use_ == DialUse::pan ? kPanFine : kWheelFine)) != 0;
   const std::int64_t unit = fine ? 1 : kUnits;
-  const bool scrolls = use_ == DialUse::wheel || use_ == DialUse::pan;
-  std::int64_t steps = scrolls ? clamp(next_units(fine) / unit, kMost) : 0;
+  std::int64_t steps = scrolls(use_) ? clamp(next_units(fine) / unit, kMost) : 0;
   if (steps == 0 && mouse_buttons() == buttons_told_) return 0;
   const std::size_t size = tell_buttons(report, kMouseReport);
   if (!listens()) return size;

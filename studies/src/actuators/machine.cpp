@@ -10,6 +10,12 @@
 namespace torsio::studies::actuators {
 namespace {
 
+/// Bearing and brake on one shaft share the torque by their limits.
+double of_brake(double torque_nm, double bearing_nm, double lowest_nm, double highest_nm) {
+  const double bound = torque_nm < 0.0 ? -lowest_nm : highest_nm;
+  return (bound > 0.0 ? 1.0 - bearing_nm / bound : 0.0) * torque_nm;
+}
+
 constexpr double kTheta = 0.5;
 
 void require_shaft(const Shaft& shaft) {
@@ -133,7 +139,8 @@ Machine::Pair Machine::solve_friction(Pair& speed, const Pair& lowest, const Pai
   return {knob_nm, far_nm};
 }
 
-void Machine::step() {
+/// Torques of spring, hand and motor.
+Machine::Pair Machine::push() {
   const double spring = params_.has_far_shaft ? params_.stiffness_nm_per_rad *
                                                     (state_.angle_rad[0] - state_.angle_rad[1])
                                               : 0.0;
@@ -147,7 +154,11 @@ void Machine::step() {
   }
   const double motor = follow(motor_lag_, state_.motor_torque_nm, command_.motor_command_nm);
   if (params_.motor != Seat::nowhere) rhs[params_.motor == Seat::knob ? 0 : 1] += motor;
+  return rhs;
+}
 
+void Machine::step() {
+  Pair rhs = push();
   const double most = params_.source_acceleration_rad_s2 * step_s_;
   state_.source_speed_rad_s +=
       std::clamp(command_.source_speed_rad_s - state_.source_speed_rad_s, -most, most);
@@ -187,10 +198,8 @@ void Machine::step() {
     state_.angle_rad[i] += step_s_ * (kTheta * state_.speed_rad_s[i] + (1.0 - kTheta) * old[i]);
   }
   if (params_.brake != Seat::nowhere) {
-    // Bearing and brake on one shaft share the torque by their limits.
-    const double bound = force[braked] < 0.0 ? -lowest[braked] : highest[braked];
-    const double share = bound > 0.0 ? 1.0 - coulomb[braked] / bound : 0.0;
-    state_.brake_torque_nm = share * force[braked];
+    state_.brake_torque_nm =
+        of_brake(force[braked], coulomb[braked], lowest[braked], highest[braked]);
   }
   if (!params_.has_far_shaft) {
     state_.angle_rad[1] = state_.angle_rad[0];

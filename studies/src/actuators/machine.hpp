@@ -92,6 +92,7 @@ class Machine {
 
   void refresh_matrix();
   [[nodiscard]] double intended_rad(double ahead_s) const;
+  [[nodiscard]] Pair push();
   [[nodiscard]] Pair solve_friction(Pair& speed, const Pair& lowest, const Pair& highest) const;
 
   MachineParams params_;
