@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from contextlib import suppress
 from typing import Any
 
@@ -79,13 +78,3 @@ def test_update_that_copies_nothing_and_tells_nobody_is_found(
     monkeypatch.setattr(torsio, "update_firmware", silent)
     wrong, _ = calls.interrupt_update(0, MemoryError)
     assert wrong == "not whole, and nobody told"
-
-
-def test_table_says_how_many_there_were_and_how_many_failed() -> None:
-    counts = Counter({("close", "OSError"): 1200, ("stop", "OSError"): 3})
-    failed = [("close", "OSError", "armed", "knob.py:1 pass")]
-    assert faults.table(counts, failed).splitlines()[1:] == [
-        "close  OSError       1,200       1",
-        "stop   OSError           3       0",
-        "all                  1,203       1",
-    ]

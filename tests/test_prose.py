@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from tools import prose
@@ -64,38 +62,8 @@ def test_readme_comes_to_its_first_command_within_sixty_words() -> None:
     assert len(before.split()) <= 60
 
 
-def test_documents_are_not_longer_and_not_harder_to_read_than_they_may_be() -> None:
-    results = (prose.TREE / prose.RESULTS).read_text(encoding="utf-8")
-    assert prose.complaints(prose.pages()) == []
-    assert prose.worse(prose.pages(), results) == []
-    assert prose.riddles() == []
-
-
-def test_sentence_that_is_read_twice_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(prose, "TREE", tmp_path)
-    (tmp_path / "a.md").write_text("What is it? It is red.\n\nWho asks gets that of the next.\n")
-    assert prose.riddles() == ["a.md: 'Who' in: Who asks gets that of the next."]
-
-
 @pytest.mark.parametrize("mark", ["  //", "x = 1  #", '"' * 3, " *"])
 def test_comment_that_is_read_twice_is_named(mark: str) -> None:
     assert prose._COMMENT.search(f"{mark} The lag is that of the coil.")
     assert not prose._COMMENT.search(f"{mark} The lag is the coil's.")
     assert not prose._COMMENT.search('CHECK(told == "the lag is that of the coil");')
-
-
-def test_page_that_gets_worse_than_its_row_is_named_until_it_is_noted() -> None:
-    row = "| [README](../README.md) | 1,456 | 17.8 | 16% | 392 | 11.1 | 0% |"
-    page = {"README.md": prose.Measure(450, 12.0, 0.0)}
-    assert prose.worse(page, row) == []
-    for measured in (prose.Measure(470, 11.1, 0.0), prose.Measure(392, 12.2, 0.0)):
-        (complaint,) = prose.worse({"README.md": measured}, row)
-        assert "392 and 11.1 before" in complaint
-        assert (
-            prose.worse({"README.md": measured}, prose.with_notes({"README.md": measured}, row))
-            == []
-        )
-    (complaint,) = prose.worse({"docs/new.md": prose.Measure(1, 1.0, 0.0)}, row)
-    assert "docs/new.md: no row" in complaint

@@ -12,32 +12,11 @@ from tests.bench import tables
 NOTE = re.compile(r"Revision [0-9a-f]{8}, \d+ \w+ \d{4}, .+ with \d+ processors(, GCC [\d.]+)?\.")
 STUDIES = sorted(tables.PAGE.parent.glob("results/*.md"))
 PAGE = tables.PAGE.read_text(encoding="utf-8")
-BRAKE = {
-    "law": "paper", "coil": "voltage alone", "torque_gap_nm": 13.24e-3, "exit_error": 0.0604,
-    "exit_s": 0.0281, "stable_nm_per_rad": 88.2, "fall_ms": 138.4,
-}  # fmt: skip
 
 
 def _table(page: str, mark: str) -> str:
     (found,) = re.findall(rf"<!-- begin: {mark} -->\n(.*?)<!-- end: {mark} -->", page, re.S)
     return str(found)
-
-
-def test_rows_that_were_measured_take_the_place_of_the_old_ones() -> None:
-    rows = tables.PRINTERS["brake"]([BRAKE, BRAKE | {"coil": "driven, 30 ms", "exit_s": 1.0}])
-    page = tables.put(PAGE, "brake", rows["brake"], "Revision 1.")
-    table = _table(page, "brake").splitlines()
-    assert table[:2] == ["Revision 1.", ""]
-    assert table[4].endswith("| 13.2 mN m | 6.0 % | 138 ms | 28 ms | 88 N m/rad |")
-    assert "| 1000 ms |" in table[5]
-    assert table[6:] == [line for line in _table(PAGE, "brake").splitlines() if "|" in line][4:]
-    assert _table(page, "usb") == _table(PAGE, "usb")
-
-
-def test_row_that_the_page_does_not_have_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    rows = tables.PRINTERS["brake"]([BRAKE | {"coil": "by hand"}])
-    assert _table(tables.put(PAGE, "brake", rows["brake"], ""), "brake").count("13.2 mN m") == 1
-    assert "no row '`paper`, by hand'" in capsys.readouterr().err
 
 
 def test_page_has_the_marks_of_all_printers_and_names_their_commands() -> None:

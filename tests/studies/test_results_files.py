@@ -6,11 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from rich.table import Table
 
 from tests.faults import faults
 from tests.python.test_readers import Reader, check
-from tests.studies import tables
 from tests.studies.files import Batch
 from torsio_studies import common
 from torsio_studies.design.store import Store
@@ -27,21 +25,6 @@ def test_study_without_a_package_says_which(monkeypatch: pytest.MonkeyPatch) -> 
         common.StudyError, match="needs the Python package scipy: pip install scipy"
     ):
         execute("fidelity")
-
-
-def test_tables_that_a_study_shows_take_the_places_of_its_page() -> None:
-    shown = tables.Shown()
-    for title in ("one", "two"):
-        small = Table("case", "here", title=title)
-        small.columns[1].justify = "right"
-        small.add_row("[bold]a|b[/bold]", "1\n%")
-        shown.print(small, "words")
-    page = "<!-- begin: torsio study a 1 -->\nold\n<!-- end: torsio study a 1 -->\n"
-    assert tables.put_shown(page, "a", shown, "Revision 1.").splitlines()[1:-1] == [
-        "Revision 1.", "", "| of what | case | here |", "|---|---|--:|",
-        "| one | a\\|b | 1, % |", "| two | a\\|b | 1, % |",
-    ]  # fmt: skip
-    assert tables.put_shown(page, "b", shown, "Revision 1.") == page
 
 
 def test_bad_results_are_told_in_a_sentence_and_stay(
