@@ -23,12 +23,14 @@ namespace {
 const std::vector<std::string> kNames{"disarmed", "fault",   "rising",
                                       "playing",  "passive", "letting go"};
 
+/// A knob for games or a dial.
 struct PhasedLoop {
-  PhasedLoop() {
+  explicit PhasedLoop(bool dial) {
     device::Config config;
     config.control.law = protocol::Law::motor_only;
     config.control.passive_ramp_s = 0.02F;
-    detents.on = true;
+    detents.on = dial;
+    game.idle_ticks = 1000;
     settings = device::make_loop_config(config, 1'000'000);
     loop = std::make_unique<ControlLoop>(settings, game, detents);
     tick();
@@ -54,13 +56,25 @@ struct PhasedLoop {
     tick();
   }
 
-  void bring_into(Phase phase) {
+  /// By the SDK, or by the game or dial.
+  void bring_into(Phase phase, bool by_sdk) {
     if (phase == Phase::fault) fail();
-    if (phase >= Phase::rising) give(Order::Kind::arm);
+    if (phase >= Phase::rising && by_sdk) give(Order::Kind::arm);
+    if (phase >= Phase::rising && !by_sdk) play();
     if (phase >= Phase::playing) tick(25);
     if (phase == Phase::passive) pull_the_cable();
     if (phase == Phase::letting_go) give(Order::Kind::disarm);
     REQUIRE(loop->phase() == phase);
+  }
+  void play() {
+    if (detents.on) {
+      loop->want_dial(true);
+    } else {
+      device::game::ForceOrder start;
+      start.play = device::game::ForceOrder::Play::start;
+      REQUIRE(loop->game.give(start));
+    }
+    tick();
   }
   void pull_the_cable() {
     loop->set_connected(false);
@@ -77,11 +91,7 @@ struct PhasedLoop {
 
 const std::map<std::string, std::function<void(PhasedLoop&)>> kEvents{
     {"the SDK arms", [](PhasedLoop& loop) { loop.give(Order::Kind::arm); }},
-    {"a game plays, or somebody turns the dial",
-     [](PhasedLoop& loop) {
-       loop.loop->want_dial(true);
-       loop.tick();
-     }},
+    {"a game plays, or somebody turns the dial", [](PhasedLoop& loop) { loop.play(); }},
     {"`disarm` or `stop`", [](PhasedLoop& loop) { loop.give(Order::Kind::stop); }},
     {"the host is silent or gone", [](PhasedLoop& loop) { loop.pull_the_cable(); }},
     {"a local model is late",
@@ -108,6 +118,10 @@ const std::map<std::string, std::function<void(PhasedLoop&)>> kEvents{
     {"a fault's cause appears", [](PhasedLoop& loop) { loop.fail(); }},
     {"`clear_fault`", [](PhasedLoop& loop) { loop.give(Order::Kind::clear_fault); }},
 };
+
+/// What these do while a game or the dial plays.
+const std::map<std::string, std::string> kOfSdk{
+    {"the SDK arms", "rising"}, {"a local model is late", "="}, {"an experiment ends", "="}};
 
 /// The cells of a row of a table in Markdown.
 std::vector<std::string> cells(const std::string& line) {
@@ -151,16 +165,25 @@ TEST_CASE("every phase does with every event what the table of the architecture 
   const auto rows = table();
   REQUIRE(rows.size() == kEvents.size());
   for (const auto& [event, happen] : kEvents) {
-    CAPTURE(event);
     REQUIRE(rows.contains(event));
-    for (std::size_t i = 0; i < kNames.size(); ++i) {
-      CAPTURE(kNames[i]);
-      PhasedLoop loop;
-      loop.bring_into(static_cast<Phase>(i));
+    for (std::size_t i = 0; i < 4 * kNames.size(); ++i) {
+      const auto phase = static_cast<Phase>(i / 4);
+      const bool dial = i % 2 != 0;
+      const bool by_sdk = i % 4 < 2;
+      // A game and the dial begin at once.
+      if (!by_sdk && phase < Phase::playing) continue;
+      PhasedLoop loop{dial};
+      loop.bring_into(phase, by_sdk);
       happen(loop);
-      const std::string& told = rows.at(event)[i];
+      std::string told = rows.at(event)[i / 4];
+      if (!by_sdk && kOfSdk.contains(event))
+        told = phase == Phase::playing ? kOfSdk.at(event) : "=";
+      CAPTURE(event);
+      CAPTURE(kNames[i / 4]);
+      CAPTURE(dial);
+      CAPTURE(by_sdk);
       CHECK(kNames[static_cast<std::size_t>(loop.loop->phase())] ==
-            (told == "=" ? kNames[i] : told));
+            (told == "=" ? kNames[i / 4] : told));
     }
   }
 }
