@@ -61,6 +61,17 @@ def test_change_of_a_calibrated_value_says_what_a_finger_makes_of_it() -> None:
     assert report.felt("offset_nm", 0.0, 1e-6) == "< 0.01 JND"
 
 
+def test_value_far_from_the_configured_one_comes_with_what_to_look_for() -> None:
+    assert "; look for a loose belt" in report.cause("spring_stiffness_nm_per_rad", 2.873, 2.15)
+    assert report.cause("spring_stiffness_nm_per_rad", 2.873, 2.4) == ""
+    assert (
+        report.cause("brake_drag_nm", 2e-3, 8e-3)
+        == "; look for a brake that stands askew, a tight belt"
+    )
+    assert report.cause("brake_hysteresis_nm", 0.0, 5e-3) == ""  # most begin without one
+    assert report.cause("law", "paper", "calibrated") == ""
+
+
 @pytest.mark.parametrize(("stiffness", "jnds"), [(-1.0, 1.0), (math.nan, 1.0), (10.0, 0.0)])
 def test_walls_and_steps_that_cannot_be_are_refused(stiffness: float, jnds: float) -> None:
     with pytest.raises(InvalidArgument, match=r"stiffness_nm_per_rad|jnds"):

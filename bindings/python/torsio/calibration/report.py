@@ -77,10 +77,10 @@ def change(name: str, old: float | str, new: float | str) -> str:
 
 def cause(name: str, old: float | str, new: float | str) -> str:
     """Say what may be wrong with a knob whose value is far from the configured one, or nothing."""
-    (least, most), words = _CAUSES.get(name, ((0.0, math.inf), ""))
-    if isinstance(old, str) or isinstance(new, str) or least * old <= new <= most * old:
+    if name not in _CAUSES or isinstance(old, str) or isinstance(new, str):
         return ""
-    return f"; look for {words}"
+    (least, most), words = _CAUSES[name]
+    return "" if least * old <= new <= most * old else f"; look for {words}"
 
 
 def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float | str, float | str]]:
