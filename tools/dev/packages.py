@@ -83,8 +83,9 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("libinput-tools", _program("libinput")),
             # Linux's own programs that try forces out.
             ("joystick", _program("fftest")),
-            # A player's library that takes a second to try.
+            # Players' programs that take seconds to try.
             ("python3-evdev", Path("/usr/lib/python3/dist-packages/evdev").is_dir),
+            ("libsdl2-tests", _executable("/usr/libexec/installed-tests/SDL2/testhaptic")),
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
@@ -118,10 +119,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
         ),
         # A Python for Windows comes through Maven; udev's functions are named in its header.
         # Programs that players have. A virtual machine tries them.
-        "players": (
-            ("libois-dev", _header("ois/OIS.h")),
-            ("libsdl2-tests", _executable("/usr/libexec/installed-tests/SDL2/testhaptic")),
-        ),
+        "players": (("libois-dev", _header("ois/OIS.h")),),
         "wheels": (
             ("libudev-dev", _header("libudev.h")),
             ("maven", _program("mvn")),
