@@ -72,6 +72,10 @@ TEST_CASE("radial: it tells the angle in tenths of a degree, without an error th
         CHECK(rig.heard.tenths == std::floor(number * 3600.0 / detents));
       }
       CHECK(rig.heard.news == 0);  // the mouse stands still
+      const int before = rig.heard.tenths;
+      rig.turn_to(std::llround(-3.6 * 8192.0 / detents), 150);
+      rig.listen(3);
+      CHECK((rig.heard.tenths == before) == (coarse == protocol::Toggle::on));
     }
   }
 }
@@ -179,7 +183,9 @@ TEST_CASE("radial: the host makes its detents weaker, or takes them away, until 
   rig.listen(1200);
   wheel.dial_use = DialUse::wheel;
   REQUIRE(rig.set(wheel).ok());
+  const int tenths = rig.heard.tenths;
   CHECK(detent_nm() == near_nm(0.005));
+  CHECK(rig.heard.tenths == tenths);
   rig.device->dial().begin_anew();
   REQUIRE(rig.device->dial().get_feature(5, report) == 6);
   CHECK(std::equal(report.begin(), report.begin() + 6, request(kClick).begin()));
@@ -222,4 +228,19 @@ TEST_CASE("dial: pressed and turned it does the other thing, and a press alone i
     rig.listen(1);
     CHECK(rig.heard.buttons == 0);
   }
+}
+
+TEST_CASE("dial: pressed between two notches, it fills up what it has told, and that is no turn") {
+  DialRig rig({.use = DialUse::wheel_or_pan, .torque_nm = 0});
+  rig.ask_for_fine();
+  rig.turn_to(180, 20);  // of 341
+  rig.listen(10);
+  REQUIRE(rig.heard.wheel % 120 != 0);
+  rig.device->set_buttons(1);
+  rig.listen(10);
+  CHECK(rig.heard.wheel == -120);
+  CHECK(rig.heard.pan == 0);
+  rig.device->set_buttons(0);
+  rig.listen(1);
+  CHECK(rig.heard.buttons == 1);
 }
