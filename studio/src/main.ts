@@ -202,11 +202,17 @@ async function letGo(words: string): Promise<void> {
   byId("who").textContent = words;
 }
 
-let connecting: Promise<void> | undefined;
+let connecting: { kind: string; done: Promise<void> } | undefined;
 
-/** Only one at a time: who clicks twice wants one knob. */
+/** Only one at a time: who clicks twice wants one knob. A knob of another kind comes after it. */
 function connect(kind: string): Promise<void> {
-  return (connecting ??= connectTo(kind).finally(() => (connecting = undefined)));
+  if (connecting?.kind === kind) return connecting.done;
+  const before = connecting?.done.catch(() => {}) ?? Promise.resolve();
+  const mine = { kind, done: before.then(() => connectTo(kind)) };
+  connecting = mine;
+  return mine.done.finally(() => {
+    if (connecting === mine) connecting = undefined;
+  });
 }
 
 async function connectTo(kind: string): Promise<void> {

@@ -9,7 +9,7 @@ import json
 import re
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.studio.browser import state_is
 
@@ -36,15 +36,31 @@ Object.defineProperty(navigator, "hid", { value: { getDevices: async () => [knob
 """
 
 
-def _connected_over_webhid(browser: Browser, site: str, knobs: str) -> Page:
-    """Open the page in a browser with these knobs, and press connect."""
+def _connected_over_webhid(browser: Browser, site: str, knobs: str, *, early: bool = False) -> Page:
+    """Open the page in a browser with these knobs, and press connect.
+
+    `early`: before the emulated knob, with which the page begins, is there.
+    """
     page = browser.new_page()
     page.add_init_script(knobs.replace("IDS", json.dumps(_usb_ids())))
-    page.goto(site)
-    state_is(page, "disarmed")
+    held: list[Route] = []
+    if early:
+        page.route("**/knob.wasm", lambda route: held.append(route))
+    with page.expect_request("**/knob.wasm"):
+        page.goto(site)
+    if not early:
+        state_is(page, "disarmed")
     page.select_option("#connection", "webhid")
     page.click("#connect")
+    for route in held:
+        route.continue_()
     return page
+
+
+def test_connect_is_heard_while_another_knob_is_coming(browser: Browser, site: str) -> None:
+    page = _connected_over_webhid(browser, site, REFUSED, early=True)
+    expect(page.locator("#message")).to_contain_text("Failed to open the device")
+    page.close()
 
 
 def test_page_that_may_not_open_the_knob_shows_the_udev_line(browser: Browser, site: str) -> None:
