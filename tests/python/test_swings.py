@@ -184,7 +184,8 @@ def drawn_knob(r: random.Random) -> Case:
     """Draw a knob, and springs of up to twice what it can render."""
 
     def times(value: float, factor: float) -> float:
-        return value * factor ** r.uniform(-1.0, 1.0)
+        share: float = factor ** r.uniform(-1.0, 1.0)
+        return value * share
 
     usual = torsio.PlantParams()
     plant = torsio.PlantParams(
