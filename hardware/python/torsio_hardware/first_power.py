@@ -72,12 +72,6 @@ class Bench:
         text = f"{name}: {value:.4g}, expected {low:.4g} to {high:.4g}"
         return text, (value > high) - (value < low)
 
-    @property
-    def coil_v(self) -> float:
-        """Volts at the brake's coil, which its current has settled to."""
-        assert self.plant.electrics
-        return float(self.world.electrics.coil_current_a * self.plant.electrics.coil_resistance_ohm)
-
     def hold(self, push_nm: float) -> tuple[float, tuple[str, ...]]:
         """Hold the knob against a push; return the amperes in the motor's line, and the faults."""
         device = self.device
@@ -227,7 +221,9 @@ def _drag(bench: Bench) -> Shown:
     bench.world.set_hand(PrescribedMotion(angle_rad=[(0.0, begin), (1.0, begin + 2.0)]))
     device.sleep(0.8)
     armed = device.state == "armed"
-    text, off = bench.figure("Brake", "coil", bench.coil_v)
+    assert bench.plant.electrics
+    coil_v = bench.world.electrics.coil_current_a * bench.plant.electrics.coil_resistance_ohm
+    text, off = bench.figure("Brake", "coil", coil_v)
     bench.world.set_hand(NoHand())
     bench.rest()
     return text, "" if armed and not off else "brake:volts"
