@@ -148,6 +148,7 @@ void Dial::skip() {
 
 void Dial::settle() {
   skip();
+  given_tick_ = now_.tick;  // a report that slept with the bus is not late
   state_due_ = kAll;
   listener_ = Listener::unknown;
 }
@@ -229,8 +230,9 @@ std::size_t Dial::tell_news(std::span<std::uint8_t> report) {
 }
 
 void Dial::input_over(bool taken) {
-  if (!taken) told_units_ -= given_units_;
   const bool late = !taken || now_.tick - given_tick_ > prompt_ticks_;
+  // A host that did hear them, but after more than kPromptNs, counts them twice.
+  if (late) told_units_ -= given_units_;
   given_units_ = 0;
   if (late) state_due_ = kAll;
   listener_ = late ? Listener::late : Listener::prompt;

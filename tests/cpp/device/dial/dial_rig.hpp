@@ -64,36 +64,40 @@ class DialRig : public Rig {
       tick();
       std::array<std::uint8_t, 64> report{};
       const std::size_t size = device->dial().next_input(report);
-      if (size == 0) continue;
-      device->dial().input_over(true);
-      ++heard.reports;
-      if (report[0] == 1) {
-        REQUIRE(size == 8);
-        CHECK(report[2] == 0);
-        CHECK(report[3] == 0);
-        if (report[1] != heard.buttons || i16(report, 4) != 0 || i16(report, 6) != 0) ++heard.news;
-        heard.buttons = report[1];
-        heard.wheel += i16(report, 4);
-        heard.pan += i16(report, 6);
-        // As drivers/hid/hid-input.c of Linux has it, hidinput_handle_scroll().
-        sum_ += unit_ * (i16(report, 6) - i16(report, 4));
-        heard.ups += std::max(sum_ / 120, 0);
-        heard.downs += std::max(-sum_ / 120, 0);
-        sum_ -= sum_ / 120 * 120;
-      } else if (report[0] == 4) {
-        REQUIRE(size == 4);
-        CHECK(std::abs(i16(report, 2)) <= 3600);
-        heard.puck = report[1];
-        heard.tenths += i16(report, 2);
-      } else {
-        REQUIRE(report[0] == 2);
-        REQUIRE(size == 2);
-        // A key goes down only when no key is down.
-        CHECK((keys_ == 0 || report[1] == 0));
-        heard.louder += report[1] == 1 ? 1 : 0;
-        heard.quieter += report[1] == 2 ? 1 : 0;
-        keys_ = report[1];
-      }
+      if (size != 0) hear(report, size);
+    }
+  }
+
+  /// Takes a report.
+  void hear(const std::array<std::uint8_t, 64>& report, std::size_t size) {
+    device->dial().input_over(true);
+    ++heard.reports;
+    if (report[0] == 1) {
+      REQUIRE(size == 8);
+      CHECK(report[2] == 0);
+      CHECK(report[3] == 0);
+      if (report[1] != heard.buttons || i16(report, 4) != 0 || i16(report, 6) != 0) ++heard.news;
+      heard.buttons = report[1];
+      heard.wheel += i16(report, 4);
+      heard.pan += i16(report, 6);
+      // As drivers/hid/hid-input.c of Linux has it, hidinput_handle_scroll().
+      sum_ += unit_ * (i16(report, 6) - i16(report, 4));
+      heard.ups += std::max(sum_ / 120, 0);
+      heard.downs += std::max(-sum_ / 120, 0);
+      sum_ -= sum_ / 120 * 120;
+    } else if (report[0] == 4) {
+      REQUIRE(size == 4);
+      CHECK(std::abs(i16(report, 2)) <= 3600);
+      heard.puck = report[1];
+      heard.tenths += i16(report, 2);
+    } else {
+      REQUIRE(report[0] == 2);
+      REQUIRE(size == 2);
+      // A key goes down only when no key is down.
+      CHECK((keys_ == 0 || report[1] == 0));
+      heard.louder += report[1] == 1 ? 1 : 0;
+      heard.quieter += report[1] == 2 ? 1 : 0;
+      keys_ = report[1];
     }
   }
 

@@ -331,6 +331,32 @@ TEST_CASE("dial: no single detent is lost, wherever anything has left it between
          rig.tick(2);
          rig.device->set_connected(true);
        }},
+      {"a report that waits until a program opens the file, and that Linux discards then",
+       [](DialRig& rig, std::int64_t counts) {
+         rig.turn_to(counts, 7);
+         std::array<std::uint8_t, 64> lost{};
+         rig.inputs.encoder_count -= 9;
+         rig.tick(2);
+         const bool waits = rig.device->dial().next_input(lost) != 0;
+         rig.inputs.encoder_count += 9;
+         rig.tick(1000);
+         if (waits) rig.device->dial().input_over(true);
+         rig.listen(65);  // longer than Linux discards reports
+       }},
+      {"a bus that sleeps with a report under way, which the host takes when it wakes",
+       [](DialRig& rig, std::int64_t counts) {
+         rig.turn_to(counts, 7);
+         rig.inputs.encoder_count -= 9;
+         rig.tick(2);
+         std::array<std::uint8_t, 64> report{};
+         const std::size_t size = rig.device->dial().next_input(report);
+         rig.device->set_connected(false);
+         rig.inputs.encoder_count += 9;
+         rig.tick(1000);
+         rig.device->set_connected(true);
+         rig.tick(2);
+         if (size != 0) rig.hear(report, size);
+       }},
       {"another number of detents, of which every place is another",
        [](DialRig& rig, std::int64_t counts) {
          rig.turn_to(counts, 7);
