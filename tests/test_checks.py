@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shutil
 import subprocess
@@ -22,20 +21,6 @@ def test_check_passes(name: str) -> None:
     passed, output = check.run(command)
     if not passed:
         pytest.fail(output, pytrace=False)
-
-
-def test_every_header_is_compiled_alone() -> None:
-    # The headers for users only, which takes seconds; `./dev check` and `.ci/slow` compile all.
-    target = "torsio_sdk_verify_interface_header_sets"
-    configure = ["cmake", "--preset", "headers"]
-    for command in (configure, ["cmake", "--build", "build/headers", "--target", target]):
-        passed, output = check.run(command)
-        assert passed, output
-    commands = json.loads((check.TREE / "build/headers/compile_commands.json").read_text())
-    files = [command["file"].removesuffix(".cxx") for command in commands]
-    for header in check.cpp_files(".hpp"):
-        name = header.removeprefix("sdk/include/")
-        assert any(file.endswith(f"_verify_interface_header_sets/{name}") for file in files), header
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ struct Gate {
   std::mutex mutex;
   std::condition_variable changed;
   int entering = 0;
-  int inside = 0;  // threads of the library that run Python
+  int inside = 0;  // how often C++ below has called Python
   bool ending = false;
   std::thread::id ender;
 
@@ -31,27 +31,41 @@ struct Gate {
     return gate;
   }
 
+  /// How often this thread is inside.
+  static int& depth() {
+    thread_local int depth = 0;
+    return depth;
+  }
+
+  /// Returns unless Python ends by another thread: then this one stays here.
+  void wait(std::unique_lock<std::mutex>& lock) {
+    if (!ending || ender == std::this_thread::get_id()) return;
+    inside -= depth();
+    changed.notify_all();
+    changed.wait(lock, [] { return false; });
+  }
+
   void enter() {
     std::unique_lock lock(mutex);
-    // Never true again for the others, so this is where they stay.
-    changed.wait(lock, [&] { return !ending || ender == std::this_thread::get_id(); });
+    wait(lock);
     ++entering;
   }
 
-  void entered(bool stays_inside) {
-    {
-      const std::lock_guard lock(mutex);
-      --entering;
-      if (stays_inside) ++inside;
-    }
-    changed.notify_all();
+  void entered(int goes_inside) {
+    const std::lock_guard lock(mutex);
+    --entering;
+    go_inside(goes_inside);
   }
 
   void left() {
-    {
-      const std::lock_guard lock(mutex);
-      --inside;
-    }
+    const std::lock_guard lock(mutex);
+    go_inside(-1);
+  }
+
+  /// Asks for the mutex to be held.
+  void go_inside(int steps) {
+    inside += steps;
+    depth() += steps;
     changed.notify_all();
   }
 
@@ -66,10 +80,28 @@ struct Gate {
   }
 };
 
+/// Python runs below C++ while it lives. A thread that Python ends there would take the objects of
+/// the C++ with it, without the lock.
+struct Inside {
+  Inside() {
+    Gate& gate = Gate::instance();
+    std::unique_lock lock(gate.mutex);
+    if (gate.ending && gate.ender != std::this_thread::get_id()) {
+      PyEval_SaveThread();
+      gate.wait(lock);
+    }
+    gate.go_inside(1);
+  }
+  Inside(const Inside&) = delete;
+  Inside& operator=(const Inside&) = delete;
+  ~Inside() { Gate::instance().left(); }
+};
+
 /// In a forked child the other threads are gone.
 void start_anew() {
   Gate& gate = Gate::instance();
   new (&gate) Gate;
+  gate.inside = Gate::depth();
 }
 
 using Failure = std::optional<py::error_already_set>;
@@ -96,6 +128,7 @@ py::object all_of(const py::function& steps) {
   options.disable_function_signatures();
   const py::cpp_function done(
       [steps](const py::args& arguments) {
+        const Inside inside;
         Failure failure;
         py::object all = py::tuple();
         do_one(failure, [&] { all = steps(*arguments); });
@@ -112,14 +145,14 @@ Unlocked::~Unlocked() {
   Gate& gate = Gate::instance();
   gate.enter();
   PyEval_RestoreThread(state_);
-  gate.entered(false);
+  gate.entered(0);
 }
 
 Locked::Locked() {
   Gate& gate = Gate::instance();
   gate.enter();
   state_ = PyGILState_Ensure();
-  gate.entered(true);
+  gate.entered(1);
 }
 
 Locked::~Locked() {

@@ -22,7 +22,7 @@ def pytest_configure(config: pytest.Config) -> None:
         "one_board: many cases of code that all boards share",
         "slow_chip: work that only an RP2040 has too little time for",
         "unguarded: needs firmware whose guards can be switched off, and runs with it alone",
-        "boards_in_turn: takes long; the cases go to the boards in turn, unless all are asked for",
+        "boards_in_turn: takes long; each board has its share of the cases, unless all are asked for",
     ):
         config.addinivalue_line("markers", marker)
 
@@ -46,7 +46,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _out_of_turn(items: list[pytest.Item]) -> list[pytest.Item]:
-    """Give the cases whose turn it is on another board, of those that `boards_in_turn` marks."""
+    """Give the cases that are another board's share, of those that `boards_in_turn` marks."""
     boards: dict[tuple[str, str], dict[str, pytest.Item]] = defaultdict(dict)
     for item in items:
         if item.get_closest_marker("boards_in_turn") and isinstance(item, pytest.Function):
@@ -56,7 +56,7 @@ def _out_of_turn(items: list[pytest.Item]) -> list[pytest.Item]:
     turns: dict[str, Iterator[int]] = defaultdict(itertools.count)
     left: list[pytest.Item] = []
     for (test, _), cases in boards.items():
-        turn = list(cases)[next(turns[test]) % len(cases)]
+        turn = list(MODELS)[next(turns[test]) % len(MODELS)]
         left += [item for board, item in cases.items() if board != turn]
     return left
 

@@ -104,6 +104,7 @@ def test_every_guard_is_where_it_is_said_to_be() -> None:
     assert "torsio_mutant_is(0)" in mutated()[GUARDS["emergency stop"].file]
 
 
+@pytest.mark.boards_in_turn
 @pytest.mark.parametrize("danger", DANGERS, ids=str)
 def test_danger_cuts_the_power_and_is_told(lasting_pico: EmulatedPico, danger: Danger) -> None:
     _check_reaction(lasting_pico, danger)
@@ -322,6 +323,7 @@ def test_supply_of_twice_is_told_by_a_motor_that_holds_enough_and_not_before() -
     assert found.coil_a == 0
 
 
+@pytest.mark.boards_in_turn
 @each_run_away
 def test_knob_does_not_run_away(danger: RunAway) -> None:
     with danger.bench(guarded=True) as found:

@@ -54,6 +54,15 @@ for _ in range(4):
     threading.Thread(target=use, daemon=True).start()
 time.sleep(0.2)
 """,
+    "closing": """
+sys.setswitchinterval(1e-6)
+def use():
+    while True:
+        torsio.open("emulated").close()
+for _ in range(4):
+    threading.Thread(target=use, daemon=True).start()
+time.sleep(0.1)
+""",
     "callback": """
 knob = torsio.open("emulated", emulator=paced)
 knob.on_event(lambda event: time.sleep(0.001))

@@ -292,6 +292,7 @@ def test_dask_cluster_of_two_workers_measures_the_same_knobs() -> None:
     assert done == {batch.designs: without_seconds(evaluate_batch(batch)) for batch in work}
 
 
+@pytest.mark.slow  # a study that trades does the same in every run
 def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import re
 import shutil
 import subprocess
 import sys
@@ -345,7 +346,7 @@ def table() -> str:
 # Groups for pytest's own words where no group or path is named. They need the least.
 QUICK = ("library", "cpp")
 # Words of pytest's that leave out no test.
-_HARMLESS = ("--junitxml", "--durations", "-v", "-q", "-r", "-s", "--tb", "--color")
+_HARMLESS = re.compile(r"--(junitxml|durations|tb|color)(=.*)?|-v+|-q+|-s|-r\w+")
 
 
 @dataclass(frozen=True)
@@ -495,7 +496,7 @@ def plan(words: Sequence[str]) -> Plan:
     if paths:
         found = [name for path in paths for name in _of_path(path)]
         return Plan(tuple(dict.fromkeys([*names, *found])), (*_tests(names), *rest))
-    whole = all(word.startswith(_HARMLESS) for word in rest)
+    whole = all(_HARMLESS.fullmatch(word) for word in rest)
     if not names and any(word.startswith(("-k", "-m")) for word in rest):
         return Plan(QUICK, (*_tests(QUICK), *rest))
     digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
