@@ -151,7 +151,7 @@ def test_group_that_leaves_out_tests_of_others_is_refused_beside_them(words: str
 
 
 def test_part_of_a_group_that_passed_says_nothing_of_the_group(stamps: Path) -> None:
-    for words in (["library", "-k", "wall"], ["tests/python"], ["-x"], ["-vx"], ["library", "--lf"]):
+    for words in (["library", "-k", "wall"], ["tests/python"], ["-vx"], ["library", "--lf"]):
         assert groups.plan(words).run == {}
     assert list(groups.plan(["library", "--durations=9"]).run) == ["library"]
 

@@ -22,7 +22,7 @@ def pytest_configure(config: pytest.Config) -> None:
         "one_board: many cases of code that all boards share",
         "slow_chip: work that only an RP2040 has too little time for",
         "unguarded: needs firmware whose guards can be switched off, and runs with it alone",
-        "boards_in_turn: takes long; each board has its share of the cases, unless all are asked for",
+        "boards_in_turn: takes long; each board has a share of the cases, unless all are asked for",
     ):
         config.addinivalue_line("markers", marker)
 
