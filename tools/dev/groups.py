@@ -45,7 +45,12 @@ _BUILDING = (
 )
 _FIRMWARE = ("firmware/core", "firmware/protocol", "firmware/device")
 _LIBRARIES = (*_BUILDING, *_FIRMWARE, "firmware/usb", "firmware/boards", "emulator", "sdk")
-_PYTHON = (*_LIBRARIES, "bindings", "tests/python", "tests/golden")
+# What other tests import of the library's.
+_PYTHON_TESTS = (
+    *(f"tests/python/{name}.py" for name in ("wire", "reference", "game", "plant_oracle")),
+    *(f"tests/python/{name}.py" for name in ("hid_fields", "parts_oracle", "buzzing")),
+)
+_PYTHON = (*_LIBRARIES, "bindings", "tests/golden", *_PYTHON_TESTS)
 _CODE = (
     *_PYTHON,
     *("firmware", "studies", "hardware", "studio", "examples", "tests", "tools", "dev", ".ci"),
@@ -139,6 +144,8 @@ _COVERED_BY_BOARDS = (
 _COVERED_BY_KERNELS = (
     *(
         *_PYTHON,
+        # The guests run the one, and import the other.
+        *("tests/python/test_knob.py", "tests/python/test_interrupt.py"),
         "examples",
         "studio",
         "tools",
@@ -220,7 +227,10 @@ GROUPS = {
         "the paper's experiments, rival actuators, design, extremes, accuracy, calibration",
         ("tests/studies",),
         ("python", "studies"),
-        (*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/results", "docs/results.md"),
+        (
+            *(*_PYTHON, "studies", "tools", *_TESTS_USED, "docs/results", "docs/results.md"),
+            *("tests/python/test_readers.py", "tests/python/test_firmware.py"),
+        ),
     ),
     "hardware": Group(
         "the knob to build: closed forms, parts, what a rehearsal finds",
