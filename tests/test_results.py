@@ -56,7 +56,7 @@ def test_every_table_says_when_and_where_it_was_measured_and_by_which_command() 
         for number, line in enumerate(lines):
             if line.startswith("|--") or line.startswith("| --"):
                 head = lines[number - 1]
-                if "| last run |" not in head:  # it says so row by row
+                if "| last whole run |" not in head:  # it says so row by row
                     assert NOTE.fullmatch(lines[number - 3]), head
 
 
