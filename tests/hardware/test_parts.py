@@ -39,6 +39,7 @@ def test_every_choice_has_what_the_configuration_assumes(knob: Knob) -> None:
     ("place", "rating", "value"),
     [
         ("motor", "kt_nm_per_a", 0.03),
+        ("brake", "coil_a", 0.24),
         ("current_sensor", "sensitivity_v_per_a", 0.88),  # the least of SparkFun's SEN-14544
         ("current_sensor", "supply_min_v", 4.5),  # Allegro's ACS723
         ("current_sensor", "zero_v", 2.8),
@@ -72,6 +73,32 @@ def test_current_sensor_stays_within_the_boards_input(knob: Knob) -> None:
         assert of["zero_v"] + of["sensitivity_v_per_a"] * trip_a < input_v
 
 
+def test_signals_of_5_v_reach_their_pins_through_dividers_in_harness_and_picture(
+    knob: Knob,
+) -> None:
+    bill, wired = parts.load(), wires.wiring(knob)
+    fed = {end.split()[0] for begin, end, *_ in wired if begin == "board VBUS"}
+    assert all("output_v" in part.ratings for part in bill if part.place in fed)
+    high = [part for part in bill if part.ratings.get("output_v", 0) > parts.ANALOGUE_V]
+    assert {part.place for part in high} == {"encoder"}
+    for divider in (part for part in bill if part.place == "encoder_dividers"):
+        assert all(2 < part.ratings["output_v"] / divider.ratings["ratio"] < 3.3 for part in high)
+    lines = re.findall(r'polyline points="([^ "]+)[^"]* ([^ "]+)"', wires.board_svg(knob))
+    harness = [(begin, end) for begin, end, *_ in wired]
+
+    def hole(end: str) -> str:
+        column, row = wires.place(end) or (0, 0)
+        return f"{20 * column + 20},{20 * row + 40}"
+
+    for n, letter in enumerate("AB"):
+        pin, signal = f"board GP{knob.pins['encoder_pin'] + n}", f"encoder {letter}"
+        ways = [(pin, f"dividers OUT_{letter}"), (f"dividers IN_{letter}", signal)]
+        assert [ends for ends in harness if {pin, signal} & {*ends}] == ways
+        drawn = [(hole(begin), hole(end)) for begin, end in ways]
+        assert [ends for ends in lines if {hole(pin), hole(signal)} & {*ends}] == drawn
+    assert set(wires.MODULES) == set(wires.GROUNDS)
+
+
 def test_clamp_acts_between_the_supply_and_the_boards_limit(knob: Knob) -> None:
     """By the resistors that the bill names; the page of hardware has the limit."""
     page = (TREE / "docs/reference/hardware.md").read_text(encoding="utf-8")
@@ -101,6 +128,12 @@ def test_parts_of_the_file_are_in_the_bill(knob: Knob) -> None:
 
 def test_file_whose_values_are_of_another_part_is_told(knob: Knob) -> None:
     other = replace(knob, parts={**knob.parts, "motor": "148877"})
+    rows = [line.split(",") for line in parts.bill(other).splitlines()]
+    (motor,) = [row for row in rows if row[0] == "motor"]
+    assert motor[3:6] == ["148877", "350.0", "550.0"]  # 100 and 130 EUR more than the first choice
+    assert [float(sum_eur) for sum_eur in rows[-1][4:6]] == pytest.approx(
+        [more + sum_eur for more, sum_eur in zip((100, 130), parts.total_eur(knob), strict=True)]
+    )
     told = parts.differences(parts.load(), other)
     assert [words.split()[0] for words in told] == [
         "motor_torque_constant_nm_per_a",
@@ -157,7 +190,7 @@ def test_page_has_the_figures_and_prices_of_the_file(knob: Knob) -> None:
     figures = re.findall(r"^\| [\w ]+ \| (.*) \| \S+ to \S+ \|$", page, re.M)
     assert len(figures) == len(rows)
     assert [of for of in figures if not any(of.startswith(name) for name in named)] == []
-    low, high = parts.total_eur(parts.load())
+    low, high = parts.total_eur(knob)
     price = f"{round(low, -1):.0f} to {round(high, -1):,.0f} EUR"
     assert price in page
     assert price in (TREE / "README.md").read_text(encoding="utf-8")

@@ -26,9 +26,16 @@ _CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that 
 class ChipWorld(World):
     """A world round a board in its emulated chip, with a maker's actions and mistakes."""
 
-    def __init__(self, board: EmulatedPico, plant: PlantParams, *, swapped_encoder: bool) -> None:
+    def __init__(
+        self,
+        board: EmulatedPico,
+        pins: dict[str, int],
+        plant: PlantParams,
+        *,
+        swapped_encoder: bool,
+    ) -> None:
         super().__init__(plant)
-        self._board = board
+        self._board, self._pins = board, pins
         # The sensor sits between bridge and motor: it sees the current as the bridge does.
         self._motor_sign = -1 if self._electrics.motor_reversed else 1
         self._encoder_sign = -1 if swapped_encoder else 1
@@ -51,9 +58,11 @@ class ChipWorld(World):
     def _scope(self) -> tuple[float, float, float]:
         """Look at the motor's inputs: kHz, and the share of the time that each is high."""
         assert isinstance(self._board.bench, rp2350.Bench)
-        unit = {at: self._board.bench.chip.registers[PWM][0x14 * 3 + at] for at in (0x00, 0x10)}
+        first = self._pins["motor_pin"]
+        begin = 0x14 * (first // 2 % 8)
+        unit = {at: self._board.bench.chip.registers[PWM][begin + at] for at in (0x00, 0x10)}
         cycles = (unit[0x10] + 1) * (2 if unit[0x00] & _BOTH_WAYS else 1)
-        return HZ / cycles / 1e3, *self._board.do("high_share", pins=[6, 7])
+        return HZ / cycles / 1e3, *self._board.do("high_share", pins=[first, first + 1])
 
     def set_hand(self, hand: torsio.Hand) -> None:
         # Its times are the world's; a rehearsal's times begin now.
@@ -64,10 +73,10 @@ class ChipWorld(World):
         super().set_hand(hand)
 
     def set_emergency_stop(self, *, pressed: bool) -> None:
-        self._board.do("pin", pin=11, high=pressed)
+        self._board.do("pin", pin=self._pins["emergency_stop_pin"], high=pressed)
 
     def set_actuator_fault(self, *, present: bool) -> None:
-        self._board.do("pin", pin=12, high=not present)
+        self._board.do("pin", pin=self._pins["driver_fault_pin"], high=not present)
 
     def freeze_encoder(self, *, frozen: bool) -> None:
         self._frozen = frozen
@@ -94,7 +103,7 @@ def binary(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]
             device.save()
         board.power_cycle()
         # What is wrong is so before the board starts: it learns its sensor's zero at once.
-        world = ChipWorld(board, plant, swapped_encoder=fault.reversed_encoder)
+        world = ChipWorld(board, knob.pins, plant, swapped_encoder=fault.reversed_encoder)
         assert plant.electrics is not None
         board.do("motor", supply=plant.electrics.supply_v)
         fault.happen(world)

@@ -48,7 +48,7 @@ def spring_command(
     stiffness: Annotated[
         float, _number(0.01, 100, "Stiffness at small twists, in N m/rad.")
     ] = 2.873,
-    torque: Annotated[float, _number(1e-3, 10, "Largest torque, in N m.")] = 0.11,
+    torque: Annotated[float, _number(1e-3, 10, "Largest torque, in N m.")] = design.FULL_NM,
     material: Annotated[str, typer.Option(help="petg or pla.")] = "petg",
     family: Annotated[str, typer.Option(help="spoke, spiral or meander.")] = "meander",
     line: Annotated[float, _number(0.1, 2, "The printer's line, in mm.")] = 0.45,
@@ -99,7 +99,7 @@ def all_command(file: File = knob_file.DEFAULT, out: Out = Path("out/hardware"))
         files = making.make(knob, out, lambda what: tell(f"making {what}"))
     except (ValueError, OSError) as error:
         raise fail(error) from None
-    low, high = parts.total_eur(bill)
+    low, high = parts.total_eur(knob)
     tell(
         *lacking,
         f"parts for {low:.0f} to {high:.0f} EUR; parts.csv says what was looked up",

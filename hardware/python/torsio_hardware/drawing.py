@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from torsio_hardware.design import Spring
+from torsio_hardware.design import FULL_NM, Spring
 from torsio_hardware.layout import BORE_MM, RIM_MM, SCREWS_MM
 
 _SCALE = 4e3  # drawing units a metre
@@ -44,6 +44,7 @@ def words(spring: Spring) -> list[str]:
     shape, of, nominal = spring.flexure, spring.material, spring.stiffness_nm_per_rad
     low, high = (nominal * (1 + k * 1.96 * spring.relative_uncertainty) for k in (-1, 1))
     off_mm, creep = 1e3 * spring.within_m, of.creep(1.0)
+    softest = spring.strain_at(FULL_NM * nominal / low)  # it is twisted so far
     return [
         f"Spring of {of.name}: print flat, 100 % of walls",
         f"A: wall of every arm {1e3 * shape.thickness_m:.2f} mm ± {off_mm:.2f}: stiffness, the "
@@ -60,6 +61,8 @@ def words(spring: Spring) -> list[str]:
         f"Straight within {100 * spring.deviation:.2f} % to 0.04 rad",
         f"Strain there {100 * spring.strain:.2f} %; limit {100 * of.strain_limit:.1f} %, safety "
         f"{spring.safety:.2f}",
+        f"Softest, at {1e3 * FULL_NM:.0f} mN m: {100 * softest:.2f} %, safety "
+        f"{of.strain_limit / softest:.2f}; below 1: cap the torque",
         f"A wall held for an hour: {100 * (creep.value - 1):.0f} % more twist, assumed "
         f"{100 * (creep.low - 1):.0f} to {100 * (creep.high - 1):.0f}",
         f"ShaftConfig: {spring.shaft_config() or 'one straight line'}",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -91,15 +89,15 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     that the knob's file names.
     """
     out.mkdir(parents=True, exist_ok=True)
-    flexure, named = knob.spring.flexure, parts.named(parts.load(), knob)
-    sizes = [float(named[role].ratings["diameter_mm"]) for role in ("motor", "brake")]
+    flexure, bought = knob.spring.flexure, parts.chosen(parts.load(), knob)
+    sizes = [float(bought[role].ratings["diameter_mm"]) for role in ("motor", "brake")]
     expected = {"steps": knob.expected(), "figures": knob.figures()}
     texts = {
         "harness.svg": wires.harness_svg(knob),
         "board.svg": wires.board_svg(knob),
         "settings.json": json.dumps(knob.settings(), indent=2) + "\n",
         "expected.json": json.dumps(expected, indent=2) + "\n",
-        "parts.csv": _bill(),
+        "parts.csv": parts.bill(knob),
     }
     files = [out / name for name in texts]
     for file in files:
@@ -119,7 +117,6 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     coarse = solids.assembly(flexure, *sizes, points=_COARSE)
     files.append(out / "exploded.svg")
     lifted = [Pos(0, 0, part.lift_mm) * part.solid for part in coarse]
-    bought = {part.place: part for part in parts.load() if part.is_first} | named
     names = [_label(*row, bought) for row in enumerate(coarse, 1)]
     picture(lifted, [], files[-1], _VIEW, names)
     for step in sorted({part.step for part in coarse}):
@@ -128,17 +125,3 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
         new = [part.solid for part in coarse if part.step == step]
         picture(before, new, files[-1], _VIEWS.get(step, _VIEW))
     return files
-
-
-def _bill() -> str:
-    """Give the first choices with totals."""
-    found, text = parts.load(), io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(["part", "quantity", "maker", "number", "low_eur", "high_eur", "source"])
-    writer.writerows(
-        [part.place, part.quantity, part.maker, part.number, *part.price_eur, part.source]
-        for part in found
-        if part.is_first
-    )
-    writer.writerow(["total", "", "", "", *parts.total_eur(found), ""])
-    return text.getvalue()

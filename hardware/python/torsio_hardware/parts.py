@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import operator
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,13 +60,6 @@ def load() -> list[Part]:
         ]
 
 
-def total_eur(parts: list[Part]) -> tuple[float, float]:
-    """Return what the first choices cost together, lowest and highest."""
-    first = [part for part in parts if part.is_first]
-    low, high = (sum(part.quantity * part.price_eur[k] for part in first) for k in (0, 1))
-    return low, high
-
-
 _TESTS = {"at least": operator.ge, "at most": operator.le, "exactly": operator.eq}
 Rule = tuple[str, str, Any]
 
@@ -92,7 +86,7 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
         ],
         "brake": [
             ("torque_nm", "at least", of("brake_torque_max_nm")), ("coil_v", "at most", supply_v),
-            ("coil_a", "at most", of("brake_current_max_a")),
+            ("coil_a", "at least", of("brake_current_max_a")),
         ],
         "motor_bridge": [*bridge, ("continuous_a", "at least", of("motor_current_continuous_a"))],
         "brake_bridge": [*bridge, ("continuous_a", "at least", of("brake_current_max_a"))],
@@ -133,10 +127,35 @@ def named(parts: list[Part], knob: Knob) -> dict[str, Part]:
     return found
 
 
+def chosen(parts: list[Part], knob: Knob) -> dict[str, Part]:
+    """Give the part for each place: what the knob's file names, or else the first choice."""
+    return {part.place: part for part in parts if part.is_first} | named(parts, knob)
+
+
+def total_eur(knob: Knob) -> tuple[float, float]:
+    """Return what a knob's parts cost together, lowest and highest."""
+    of = chosen(load(), knob).values()
+    low, high = (sum(part.quantity * part.price_eur[k] for part in of) for k in (0, 1))
+    return low, high
+
+
+def bill(knob: Knob) -> str:
+    """Give a knob's parts with totals, as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(["part", "quantity", "maker", "number", "low_eur", "high_eur", "source"])
+    writer.writerows(
+        [part.place, part.quantity, part.maker, part.number, *part.price_eur, part.source]
+        for part in chosen(load(), knob).values()
+    )
+    writer.writerow(["total", "", "", "", *total_eur(knob), ""])
+    return text.getvalue()
+
+
 def differences(parts: list[Part], knob: Knob) -> list[str]:
     """Name every value of the file that is more than two uncertainties off its part's."""
-    motor, brake = (named(parts, knob)[role].ratings for role in ("motor", "brake"))
-    choke = next(part for part in parts if part.place == "choke" and part.is_first).ratings
+    roles = ("motor", "brake", "choke")
+    motor, brake, choke = (chosen(parts, knob)[role].ratings for role in roles)
     theirs = {
         "motor_torque_constant_nm_per_a": motor["kt_nm_per_a"],
         "motor_resistance_ohm": motor["resistance_ohm"] + choke["resistance_ohm"],

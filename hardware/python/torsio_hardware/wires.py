@@ -23,24 +23,34 @@ MODULES = {
     "motor bridge": (8, 13, 15, 20),
     "brake bridge": (18, 13, 25, 20),
     "current sensor": (28, 12, 34, 20),
-    "encoder": (2, 12, 5, 14),
+    "dividers": (3, 12, 6, 16),
+    "encoder": (3, 18, 6, 20),
+    "2200 uF": (12, 21, 16, 23),
     "emergency stop": (28, 3, 31, 11),
     "clamp": (22, 22, 25, 23),
     "divider": (27, 21, 30, 23),
     "supply": (31, 22, 34, 24),
 }
 _TERMINALS = {
-    **{"encoder VCC": (2, 12), "encoder A": (4, 12), "encoder B": (5, 12)},
+    **{"encoder VCC": (3, 18), "encoder A": (4, 18), "encoder B": (5, 18), "2200 uF +": (16, 23)},
+    **{"dividers OUT_A": (4, 12), "dividers IN_A": (4, 14)},
+    **{"dividers OUT_B": (5, 12), "dividers IN_B": (5, 14)},
     **{"stop contact 1": (28, 9), "stop contact 2": (28, 10), "stop contact 2 out": (28, 11)},
     **{"divider OUT": (27, 21), "divider top": (30, 21), "supply +": (31, 24), "clamp +": (25, 23)},
     **{"current sensor OUT": (32, 12), "current sensor VCC": (33, 12)},
-    **{"motor bridge PMODE": (8, 15), "brake bridge PMODE": (25, 15)},
+    **{"motor bridge PMODE": (8, 17), "brake bridge PMODE": (25, 15)},
 }
 _BRIDGE = {"IN1": (1, 0), "IN2": (2, 0), "SLEEP": (4, 0), "FAULT": (5, 0), "VM": (2, 7)}
 for _name in ("motor bridge", "brake bridge"):
     _left, _top, *_ = MODULES[_name]
     for _pin, (_x, _y) in _BRIDGE.items():
         _TERMINALS[f"{_name} {_pin}"] = (_left + _x, _top + _y)
+# Of each, where it meets the ground at the supply.
+GROUNDS = {
+    **{"Pico": (8, 8), "motor bridge": (8, 20), "brake bridge": (18, 20), "encoder": (6, 18)},
+    **{"dividers": (3, 14), "emergency stop": (31, 9), "current sensor": (28, 20)},
+    **{"clamp": (22, 23), "divider": (27, 23), "supply": (34, 24), "2200 uF": (12, 23)},
+}
 # Solder a resistor from each of these to ground; one holds both bridges' enable.
 PULLED_DOWN = (
     *("motor bridge IN1", "motor bridge IN2", "brake bridge IN1", "brake bridge IN2"),
@@ -48,6 +58,10 @@ PULLED_DOWN = (
 )
 _GROUND_ROW = 10.6
 _PITCH = 20  # of a picture's units
+_LEGEND = (
+    "Join all black dots with the supply's ground. Numbers: wires of the harness.",
+    "4.7 kohm to each marked input; dividers: 1 kohm inside, 1.8 kohm outside.",
+)
 _COLOURS = {"PWM": "#c60", "signal": "#159", "power": "#b22"}
 
 
@@ -55,10 +69,12 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
     """Give every wire: from, to, its kind, and what it carries; pins as configured."""
     pin = {name: f"board GP{number}" for name, number in knob.pins.items()}
     second = {name: f"board GP{number + 1}" for name, number in knob.pins.items()}
-    fault = pin["driver_fault_pin"]
+    fault, coil = pin["driver_fault_pin"], f"{knob.number('brake_current_max_a'):g} A"
     return [
-        (pin["encoder_pin"], "encoder A", "signal", "3.3 V; from 5 V by 1 and 1.8 kohm"),
-        (second["encoder_pin"], "encoder B", "signal", "3.3 V; from 5 V by 1 and 1.8 kohm"),
+        (pin["encoder_pin"], "dividers OUT_A", "signal", "3.2 V; 1 kohm to IN, 1.8 to ground"),
+        (second["encoder_pin"], "dividers OUT_B", "signal", "3.2 V; 1 kohm to IN, 1.8 to ground"),
+        ("dividers IN_A", "encoder A", "signal", "5 V"),
+        ("dividers IN_B", "encoder B", "signal", "5 V"),
         (pin["motor_pin"], "motor bridge IN1", "PWM", "4.7 kohm to ground"),
         (second["motor_pin"], "motor bridge IN2", "PWM", "4.7 kohm to ground"),
         (pin["brake_pin"], "brake bridge IN1", "PWM", "4.7 kohm to ground"),
@@ -75,15 +91,16 @@ def wiring(knob: Knob) -> list[tuple[str, str, str, str]]:
         (pin["supply_sense_pin"], "divider OUT", "signal", "supply over 11"),
         ("board 3V3", "current sensor VCC", "power", "3.3 V, REF1 too; REF2 to ground"),
         ("board VBUS", "encoder VCC", "power", "5 V, 20 mA"),
-        ("supply +", "motor bridge VM", "power", "12 V, 4 A, fuse; 2200 uF to ground"),
+        ("supply +", "motor bridge VM", "power", "12 V, 4 A, fuse"),
+        ("supply +", "2200 uF +", "power", "12 V; 2200 uF to ground"),
         ("supply +", "brake bridge VM", "power", "12 V"),
         ("supply +", "divider top", "power", "12 V"),
         ("supply +", "clamp +", "power", "1.2 A from 13.0 V on, to ground"),
         ("supply ground", "all grounds, one point", "power", "4 A"),
         ("motor bridge OUT1", "choke, sensor, motor +", "power", "2 A"),
         ("motor bridge OUT2", "motor -", "power", "2 A"),
-        ("brake bridge OUT1", "brake coil", "power", "0.3 A"),
-        ("brake bridge OUT2", "brake coil", "power", "0.3 A"),
+        ("brake bridge OUT1", "brake coil", "power", coil),
+        ("brake bridge OUT2", "brake coil", "power", coil),
     ]
 
 
@@ -146,14 +163,18 @@ def board_svg(knob: Knob) -> str:
                 for n, word in enumerate(reversed(name.split()))
             ),
         ]
-    shapes += [_line([at(1, _GROUND_ROW), at(23.5, _GROUND_ROW)], "#000")]
-    for end in PULLED_DOWN:
-        column, row = _TERMINALS[end]
-        x, y = at(column + 0.35, _GROUND_ROW)
+    shapes += [_line([at(8, 8), at(8, _GROUND_ROW), at(23.5, _GROUND_ROW)], "#000")]
+    pulled = [_TERMINALS[end] for end in PULLED_DOWN]
+    resistors = [((x + 0.35, _GROUND_ROW), (x + 0.35, y), (x, y)) for x, y in pulled]
+    resistors += [((x, 14), (x, 12), (to, 12)) for x, to in ((3, 4), (4, 4), (5, 5), (6, 5))]
+    for points in resistors:
+        (x, y), (_, far), _ = on = [at(*point) for point in points]
         shapes += [
-            _line([(x, y), at(column + 0.35, row), at(column, row)], "#000"),
-            f'<rect x="{x - 4:g}" y="{y + 10:g}" width="8" height="22"/>',
+            _line(on, "#000"),
+            f'<rect x="{x - 4:g}" y="{(y + far) / 2 - 11:g}" width="8" height="22"/>',
         ]
+    for x, y in (at(*hole) for hole in (*GROUNDS.values(), (6, 14))):
+        shapes += [f'<circle cx="{x:g}" cy="{y:g}" r="5"/>']
     lane = 0
     labels = defaultdict[tuple[tuple[int, int], str, str], list[str]](list)
     for n, (begin, end, kind, _) in enumerate(wiring(knob)):
@@ -171,7 +192,7 @@ def board_svg(knob: Knob) -> str:
             f'<text class="small" transform="translate({x + 3:g} {y + 7:g}) rotate(50)">'
             f"{label} {'+'.join(numbers)}</text>"
         ]
-    x, y = at(0, HOLES[1])
-    words = "Black: ground; 4.7 kohm to each marked input. Numbers: wires of the harness."
-    shapes += [f'<text x="{x:g}" y="{y:g}">{words}</text>']
+    for n, words in enumerate(_LEGEND):
+        x, y = at(0, HOLES[1] + n)
+        shapes += [f'<text x="{x:g}" y="{y:g}">{words}</text>']
     return page((HOLES[0] + 1) * _PITCH, (HOLES[1] + 6) * _PITCH, shapes)
