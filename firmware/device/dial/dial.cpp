@@ -208,6 +208,10 @@ std::size_t Dial::get_input(std::uint8_t id, std::span<std::uint8_t> report) con
 std::size_t Dial::next_input(std::span<std::uint8_t> report) {
   if (report.size() < kMouseReportSize) return 0;
   if (listener_ == Listener::late && now_.tick - over_tick_ < deaf_ticks_) return 0;
+  if (repeat_ != 0 && now_.tick - changed_tick_ >= deaf_ticks_ + prompt_ticks_) {
+    state_due_ |= repeat_;
+    repeat_ = 0;
+  }
   change_use();
   const std::size_t size = state_due_ != 0 ? tell_state(report) : tell_news(report);
   if (size != 0) given_tick_ = now_.tick;
@@ -254,14 +258,21 @@ std::size_t Dial::tell_state(std::span<std::uint8_t> report) {
   return tell_buttons(report, (state_due_ & kPuck) != 0 ? kRadialReport : kMouseReport);
 }
 
+void Dial::repeat(std::uint8_t state) {
+  repeat_ |= state;
+  changed_tick_ = now_.tick;
+}
+
 std::size_t Dial::tell_buttons(std::span<std::uint8_t> report, std::uint8_t id) {
   const std::size_t size = get_input(id, report);
   if (id == kRadialReport) {
     state_due_ &= static_cast<std::uint8_t>(~kPuck);
+    if (report[1] != puck_told_) repeat(kPuck);
     puck_told_ = report[1];
     return size;
   }
   state_due_ &= static_cast<std::uint8_t>(~kButtons);
+  if (report[1] != buttons_told_) repeat(kButtons);
   buttons_told_ = report[1];
   clicked_ = false;
   return size;

@@ -75,6 +75,7 @@ class Dial {
   std::int64_t here() const;
   void skip();
   bool listens() const;
+  void repeat(std::uint8_t state);
   std::int64_t next_units(bool fine);
   std::int64_t speed_bonus(std::int64_t passed_units);
   void change_use();
@@ -106,11 +107,13 @@ class Dial {
   std::int32_t given_units_ = 0;  // of them, in the report that is on its way
   Debt debt_ = Debt::none;
   std::uint8_t state_due_ = 7;  // news for the host: buttons, keys, the puck's button
+  std::uint8_t repeat_ = 0;     // of it, what is told once more
   Listener listener_ = Listener::unknown;
-  std::uint64_t given_tick_ = 0;   // when the last report was given
-  std::uint64_t over_tick_ = 0;    // when it was taken
-  std::uint64_t passed_tick_ = 0;  // when the last notch was told
-  std::uint8_t fine_ = 0;          // bits of the resolution report
+  std::uint64_t given_tick_ = 0;    // when the last report was given
+  std::uint64_t over_tick_ = 0;     // when it was taken
+  std::uint64_t changed_tick_ = 0;  // when a button's change was last told
+  std::uint64_t passed_tick_ = 0;   // when the last notch was told
+  std::uint8_t fine_ = 0;           // bits of the resolution report
   std::uint8_t buttons_ = 0;
   std::uint8_t buttons_told_ = 0;
   std::uint8_t keys_told_ = 0;

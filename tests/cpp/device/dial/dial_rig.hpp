@@ -68,6 +68,15 @@ class DialRig : public Rig {
     }
   }
 
+  /// Takes reports and throws them away, as Linux does in the 50 ms after an open.
+  void discard(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      tick();
+      std::array<std::uint8_t, 64> lost{};
+      if (device->dial().next_input(lost) != 0) device->dial().input_over(true);
+    }
+  }
+
   /// Takes a report.
   void hear(const std::array<std::uint8_t, 64>& report, std::size_t size) {
     device->dial().input_over(true);

@@ -447,6 +447,22 @@ TEST_CASE("dial: who begins to listen late hears what is pressed, and every dete
   CHECK(rig.heard.wheel == -120);
 }
 
+TEST_CASE("dial: a button that changes in the 50 ms after an open is told once more") {
+  for (const DialUse use : {DialUse::wheel, DialUse::radial}) {
+    DialRig rig({.use = use});
+    for (const std::uint8_t pressed : std::initializer_list<std::uint8_t>{1, 0}) {
+      rig.listen(1000);
+      rig.device->set_buttons(pressed);
+      rig.discard(50);
+      rig.listen(45);
+      CHECK((use == DialUse::radial ? rig.heard.puck : rig.heard.buttons) == pressed);
+      const int reports = rig.heard.reports;
+      rig.listen(300);
+      CHECK(rig.heard.reports == reports);
+    }
+  }
+}
+
 TEST_CASE("dial: when the bus comes back it tells once what is pressed, changed or not") {
   for (const int pressed : {0, 1}) {
     DialRig rig({.use = DialUse::volume});
