@@ -26,19 +26,12 @@ _CONVERTER = {"dead": -100.0, "stuck": 0.0, "saturated": 100.0}  # amperes that 
 class ChipWorld(World):
     """A world round a board in its emulated chip, with a maker's actions and mistakes."""
 
-    def __init__(
-        self,
-        board: EmulatedPico,
-        pins: dict[str, int],
-        plant: PlantParams,
-        *,
-        swapped_encoder: bool,
-    ) -> None:
+    def __init__(self, board: EmulatedPico, knob: Knob, fault: Fault, plant: PlantParams) -> None:
         super().__init__(plant)
-        self._board, self._pins = board, pins
+        self._board, self._pins = board, knob.pins
         # The sensor sits between bridge and motor: it sees the current as the bridge does.
         self._motor_sign = -1 if self._electrics.motor_reversed else 1
-        self._encoder_sign = -1 if swapped_encoder else 1
+        self._encoder_sign = -1 if fault.reversed_encoder else 1
         self._frozen = False
         # The emulated RP2040 keeps its registers in a process of its own.
         self.scope = self._scope if isinstance(board.bench, rp2350.Bench) else None
@@ -103,7 +96,7 @@ def binary(knob: Knob, fault: Fault, seed: int | None = None) -> Iterator[Bench]
             device.save()
         board.power_cycle()
         # What is wrong is so before the board starts: it learns its sensor's zero at once.
-        world = ChipWorld(board, knob.pins, plant, swapped_encoder=fault.reversed_encoder)
+        world = ChipWorld(board, knob, fault, plant)
         assert plant.electrics is not None
         board.do("motor", supply=plant.electrics.supply_v)
         fault.happen(world)

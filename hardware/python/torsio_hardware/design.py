@@ -22,8 +22,7 @@ else:
 
 LINEAR_TO_RAD = 0.04
 """Full brake torque twists the reference shaft by 0.038 rad."""
-FULL_NM = 0.11
-"""The reference brake gives it."""
+FULL_NM = 0.11  # of the reference brake
 LINEAR_WITHIN = 0.01
 TWISTS_RAD = (0.0005, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04)
 # By CalculiX in three dimensions over plane stress, for arms of 18 mm and a width of 5 to 7 mm.

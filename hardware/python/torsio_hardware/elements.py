@@ -1,9 +1,9 @@
 """An arm by finite elements of two programs, with large displacements.
 
 scikit-fem: quadratic quadrilaterals in plane stress; strains are Green's, stresses of Piola and
-Kirchhoff. CalculiX: bricks in three dimensions. With `thin` they are a film with free faces: plane
-stress. Otherwise they have the arm's true width and are held at both ends as by hub and rim: a
-plate, a little stiffer.
+Kirchhoff. CalculiX: bricks in three dimensions. With `thin` they are a film on a plane, with a free
+face: plane stress. Free of the plane, a film buckles. Otherwise they have the arm's true width and
+are held at both ends as by hub and rim: a plate, a little stiffer.
 """
 
 from __future__ import annotations
@@ -56,8 +56,7 @@ def _forms(modulus_pa: float) -> tuple[Any, Any]:
         return 0.5 * (tensor + transpose(tensor))
 
     def gradients(w: Any) -> tuple[Any, Any]:
-        slope = grad(w["now"])
-        deformed = slope + one
+        deformed = grad(w["now"]) + one
         return deformed, stress(0.5 * (mul(transpose(deformed), deformed) - one))
 
     @BilinearForm  # type: ignore[untyped-decorator]
@@ -167,8 +166,8 @@ def _deck(
         *("*MATERIAL, NAME=PLASTIC", "*ELASTIC", f"{modulus_pa / 1e6:.9e}, {POISSON}"),
         *("*SOLID SECTION, ELSET=ARM, MATERIAL=PLASTIC", "*BOUNDARY", "HUB, 1, 2"),
     ]
-    middle = [n for n in hub if z[n] == height[0]]
-    lines += [f"{n + 1}, 3" for n in middle] if thin else ["HUB, 3", "RIM, 3"]
+    lower = [f"{n + 1}, 3" for n in sorted(used) if z[n] == height[0]]
+    lines += lower if thin else ["HUB, 3", "RIM, 3"]
     places = []
     for twist in twists:
         lines += ["*STEP, NLGEOM, INC=200", "*STATIC", "0.5, 1.0, 1e-4, 1.0", "*BOUNDARY"]

@@ -112,24 +112,23 @@ def rules(knob: Knob) -> dict[str, list[Rule]]:
         ],
         "resistors": [("resistance_ohm", "at most", 8200)],  # erratum RP2350-E9
         "divider": [("ratio", "exactly", of("supply_sense_ratio"))],
+        "encoder_dividers": [("ratio", "at least", 5 / ANALOGUE_V), ("ratio", "at most", 2.5)],
         "filament": [("material", "exactly", knob.spring.material.name)],
     }  # fmt: skip
 
 
-def named(parts: list[Part], knob: Knob) -> dict[str, Part]:
-    """Look up the parts that a knob's file names, by place; `ValueError` of an unknown number."""
-    found = {}
+def chosen(parts: list[Part], knob: Knob) -> dict[str, Part]:
+    """Give the part of each place that a knob's file names, or else the first choice.
+
+    Raises `ValueError` of an unknown number.
+    """
+    found = {part.place: part for part in parts if part.is_first}
     for place, number in knob.parts.items():
         known = {part.number: part for part in parts if part.place == place}
         if number not in known:
             raise ValueError(f"[parts] {place} = {number!r}: parts.csv has {', '.join(known)}")
         found[place] = known[number]
     return found
-
-
-def chosen(parts: list[Part], knob: Knob) -> dict[str, Part]:
-    """Give the part for each place: what the knob's file names, or else the first choice."""
-    return {part.place: part for part in parts if part.is_first} | named(parts, knob)
 
 
 def total_eur(knob: Knob) -> tuple[float, float]:
