@@ -313,7 +313,7 @@ struct Layout<GameConfig> {
              "torque at full level, and the limit of all effects together; never more than the "
              "motor's"),
       number("gain", &GameConfig::gain, "", 0, 1,
-             "strength of everything, on top of the game's own gains"),
+             "strength of all games' effects, times their own gains"),
       number("spring_gain", &GameConfig::spring_gain, "", 0, 1000,
              "1: a full spring reaches full torque at the end of the axis"),
       number("speed_full_rad_s", &GameConfig::speed_full_rad_s, "rad/s", 0.1F, 1e4F,

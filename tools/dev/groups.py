@@ -325,7 +325,7 @@ GROUPS = {
         slow=True,
     ),
     "usb": Group(
-        "all tests with kernels, each on every kernel",
+        "tests with kernels, on both or the one they name",
         ("tests/vm",),
         ("release", "asan-ubsan", "python", "kernels"),
         _COVERED_BY_KERNELS,

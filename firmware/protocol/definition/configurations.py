@@ -225,7 +225,7 @@ GAME_CONFIG = _configuration(
         "torque at full level, and the limit of all effects together; never more than the motor's",
         default=MAX_TORQUE_NM,
     ),
-    number("gain", "", 0.0, 1.0, "strength of everything, on top of the game's own gains", default=1.0),
+    number("gain", "", 0.0, 1.0, "strength of all games' effects, times their own gains", default=1.0),
     number(
         "spring_gain", "", 0.0, 1000.0,
         "1: a full spring reaches full torque at the end of the axis", default=20.0,

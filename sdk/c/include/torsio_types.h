@@ -642,7 +642,7 @@ typedef struct torsio_game_config {
   /// torque at full level, and the limit of all effects together; never more than the motor's; 0 to
   /// 100; at first 100
   double torque_max_nm;
-  /// strength of everything, on top of the game's own gains; 0 to 1; at first 1
+  /// strength of all games' effects, times their own gains; 0 to 1; at first 1
   double gain;
   /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000; at first 20
   double spring_gain;

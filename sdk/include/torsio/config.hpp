@@ -152,7 +152,7 @@ struct GameConfig {
   /// torque at full level, and the limit of all effects together; never more than the motor's; 0 to
   /// 100
   double torque_max_nm = 100.0;
-  double gain = 1.0;  ///< strength of everything, on top of the game's own gains; 0 to 1
+  double gain = 1.0;  ///< strength of all games' effects, times their own gains; 0 to 1
   /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000
   double spring_gain = 20.0;
   /// speed at which a full damper reaches full torque; 0.1 to 1e4

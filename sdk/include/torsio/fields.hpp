@@ -494,7 +494,7 @@ struct Fields<GameConfig> {
               "torque at full level, and the limit of all effects together; never more than the "
               "motor's"),
         field("gain", &GameConfig::gain, "", 0.0, 1.0,
-              "strength of everything, on top of the game's own gains"),
+              "strength of all games' effects, times their own gains"),
         field("spring_gain", &GameConfig::spring_gain, "", 0.0, 1000.0,
               "1: a full spring reaches full torque at the end of the axis"),
         field("speed_full_rad_s", &GameConfig::speed_full_rad_s, "rad/s", 0.1, 1e4,

@@ -279,7 +279,7 @@ class GameConfig(checks.ByName):
         Torque at full level, and the limit of all effects together; never more than the motor's; 0
         to 100.
     gain
-        Strength of everything, on top of the game's own gains; 0 to 1.
+        Strength of all games' effects, times their own gains; 0 to 1.
     spring_gain
         1: a full spring reaches full torque at the end of the axis; 0 to 1000.
     speed_full_rad_s
