@@ -31,7 +31,7 @@ _FLAGS = (
 )
 # The page's modules that need no browser.
 MODULES = (
-    *("codec", "conversion", "emulated_device", "energies", "knob", "lines", "reports"),
+    *("codec", "conversion", "emulated_device", "energies", "games", "knob", "lines", "reports"),
     *("samples", "strip"),
 )
 

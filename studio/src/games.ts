@@ -14,11 +14,28 @@ interface Row {
   seen: number;
 }
 
+interface Clipping {
+  tick: number;
+  clipped: number;
+}
+
+/** The share of the ticks between two looks in which effects asked for more than they get. */
+export function clippedShare(last: Clipping | undefined, now: Clipping): number | undefined {
+  // The counter has 32 bits.
+  return last && ((now.clipped - last.clipped) >>> 0) / (now.tick - last.tick);
+}
+
+/** Who has the actuator; a game that has said nothing cannot have it. */
+export function whoHas(owner: Value | undefined, said: boolean): string {
+  if (owner !== "game") return "no game has the actuator";
+  return said ? "a game or your own feel has the actuator" : "your own feel has the actuator";
+}
+
 export class Games {
   readonly #fold = byId<HTMLDetailsElement>("games");
   readonly #rows = new Map<number, Row>();
   #looks = 0;
-  #last = { tick: 0, clipped: 0 };
+  #last: (Clipping & { knob: Knob }) | undefined;
 
   constructor(private readonly knob: () => Knob | undefined) {
     setInterval(() => void this.#look(), LOOK_MS);
@@ -28,13 +45,13 @@ export class Games {
     const knob = this.knob();
     if (!this.#fold.open || !knob || knob.state === "disconnected") return;
     try {
-      this.#show(await knob.read("game_monitor"), knob.identity.torqueStepNm);
+      this.#show(await knob.read("game_monitor"), knob);
     } catch {
       // The reader of telemetry says that the knob is gone.
     }
   }
 
-  #show(monitor: Values, torqueStepNm: number): void {
+  #show(monitor: Values, knob: Knob): void {
     ++this.#looks;
     for (const effect of monitor.effect as Values[]) {
       if (Number(effect.block)) this.#rows.set(Number(effect.block), { effect, seen: this.#looks });
@@ -43,20 +60,22 @@ export class Games {
       if (!monitor.effects || this.#looks - seen > TURNS) this.#rows.delete(block);
     }
     const asked = Number(monitor.asked_percent);
-    const now = { tick: Number(monitor.tick), clipped: Number(monitor.clipped_ticks) };
-    const often = (now.clipped - this.#last.clipped) / (now.tick - this.#last.tick);
+    const now = { tick: Number(monitor.tick), clipped: Number(monitor.clipped_ticks), knob };
+    const often = clippedShare(this.#last?.knob === knob ? this.#last : undefined, now);
     this.#last = now;
-    const milli = (torque: Value | undefined): string => (1e3 * Number(torque) * torqueStepNm).toFixed(1);
-    const words = !monitor.updates ? ["no game has said anything since power-up"] : [
-      monitor.owner === "game" ? "a game has the actuator" : "no game has the actuator",
-      monitor.enabled === "on" ? "it wants torque" : "it wants no torque",
+    const milli = (torque: Value | undefined): string => (1e3 * Number(torque) * knob.identity.torqueStepNm).toFixed(1);
+    const said = Boolean(monitor.updates);
+    const words = !said && monitor.owner !== "game" ? ["no game has said anything since power-up"] : [
+      whoHas(monitor.owner, said),
+      ...(said ? [monitor.enabled === "on" ? "a game wants torque" : "no game wants torque"] : []),
       ...(monitor.paused === "on" ? ["paused"] : []),
       `gain ${((100 * Number(monitor.gain)) / 32767).toFixed(0)} %`,
       `together ${milli(monitor.torque)} mN·m`,
       `${String(monitor.updates)} reports`,
       `${String(monitor.effects)} effects`,
       ...(asked > 100 ? [
-        `together they ask for ${asked} % of their limit`, `clipped ${Math.round(100 * often)} % of the time`,
+        `together they ask for ${asked} % of their limit`,
+        ...(often === undefined ? [] : [`clipped ${Math.round(100 * often)} % of the time`]),
         `gain × ${(Math.floor(1e4 / asked) / 100).toFixed(2)} fits them in`,
       ] : []),
     ];

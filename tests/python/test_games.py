@@ -154,7 +154,8 @@ def test_view_in_a_terminal_follows_what_games_do(knob: torsio.Knob) -> None:
     games_cli.show(knob, out, seconds=0.6)
     assert isinstance(out.file, io.StringIO)
     shown = out.file.getvalue()
-    assert shown.count("actuator: a game") >= 2  # drawn again, in place
+    # Drawn again, in place.
+    assert shown.count("actuator: a game or your own feel, torque") >= 2
     assert "playing" in shown
     assert "\x1b[" in shown
 

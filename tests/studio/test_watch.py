@@ -139,7 +139,9 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
         block = game.create(CONSTANT)
         game.constant(block, 5000)
         game.play(block)
-        expect(page.locator("#games-state")).to_contain_text("a game has the actuator")
+        expect(page.locator("#games-state")).to_contain_text(
+            "a game or your own feel has the actuator"
+        )
         row = page.locator("#game-effects tr")
         expect(row).to_contain_text("playing")
         (effect,) = knob.game_effects()

@@ -39,8 +39,8 @@ _PERIOD_S = 0.25
 _OWNERS = {
     "none": "nobody",
     "sdk": "a program, over the SDK",
-    "game": "a game, or your own feel,",
-    "dial": "the dial, which somebody turns,",
+    "game": "a game or your own feel",
+    "dial": "the dial that somebody turns",
 }
 
 
