@@ -126,10 +126,6 @@ def scikit_fem(
     return flexure.arms * flexure.width_m * np.mean(torques, axis=0) / np.asarray(twists_rad)
 
 
-class Failed(RuntimeError):
-    """CalculiX is missing, or says that it did not solve."""
-
-
 def _bricks(shape: tuple[int, int, int]) -> list[list[int]]:
     """Give the 20 grid points of each brick, as flat indices into the grid."""
     corners = np.stack(np.meshgrid(*(np.arange(0, n - 2, 2) for n in shape), indexing="ij"), -1)
@@ -193,12 +189,11 @@ def _forces(text: str) -> list[dict[int, tuple[float, float]]]:
 def run(deck: str) -> str:
     """Solve a deck; give what it printed into its table file.
 
-    Raises `Failed` if the command is missing, or its output has an error: its exit status is 0
-    then too.
+    Raises `RuntimeError` if the command is missing, or its output has an error; its status has not.
     """
     program = shutil.which("ccx")
     if program is None:
-        raise Failed("the command ccx is missing: install the Debian package calculix-ccx")
+        raise RuntimeError("the command ccx is missing: install the Debian package calculix-ccx")
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "arm.inp").write_text(deck, encoding="ascii")
         done = subprocess.run(
@@ -207,7 +202,7 @@ def run(deck: str) -> str:
         said = done.stdout + done.stderr
         errors = re.findall(r"\*ERROR.*(?:\n.*)?", said)
         if errors or done.returncode or "Job finished" not in said:
-            raise Failed("CalculiX: " + " ".join((errors or [said[-400:]])[0].split()))
+            raise RuntimeError("CalculiX: " + " ".join((errors or [said[-400:]])[0].split()))
         return (Path(folder) / "arm.dat").read_text(encoding="ascii")
 
 
@@ -222,7 +217,7 @@ def calculix(
 ) -> Any:
     """Give a flexure's secant stiffness in N m/rad; see the module for `thin`.
 
-    Raises `Failed` as `run`.
+    Raises `RuntimeError` as `run`.
     """
     width_mm = _MM * (0.1 * flexure.thickness_m if thin else flexure.width_m)
     torques = []
@@ -231,7 +226,7 @@ def calculix(
         deck, places = _deck(flat, width_mm, modulus_pa, twists_rad, 1 if thin else 4, thin)
         tables = _forces(run(deck))
         if len(tables) != len(twists_rad):
-            raise Failed(f"CalculiX told of {len(tables)} steps in place of {len(twists_rad)}")
+            raise RuntimeError(f"CalculiX told of {len(tables)} steps, not {len(twists_rad)}")
         torques.append(
             [
                 sum(place[n][0] * fy - place[n][1] * fx for n, (fx, fy) in table.items())
