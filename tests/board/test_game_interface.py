@@ -9,27 +9,30 @@ import struct
 
 import pytest
 
+from tests.board import pico as bench
 from tests.board.pico import FEATURE, EmulatedPico
 
+OVERRUN = 1 << 4
 INTERFACE = 1
 ENDPOINT = 2
-CONSTANT = 1
+CONSTANT, SINE = 1, 4
 TO_LARGER_ANGLES = 24575  # the force comes from the left
 FULL = 32767
 
 
-def _play(pico: EmulatedPico, magnitude: int) -> None:
-    """Upload a constant force without end and start it."""
-    create = struct.pack("<BBH", 0x21, CONSTANT, 0)
+def _play(pico: EmulatedPico, magnitude: int, kind: int = CONSTANT) -> None:
+    """Upload a force without end and start it: constant, or a sine of 20 Hz."""
+    create = struct.pack("<BBH", 0x21, kind, 0)
     pico.control(0x21, 0x09, FEATURE << 8 | 0x21, INTERFACE, len(create), create)
     load = pico.control(0xA1, 0x01, FEATURE << 8 | 0x22, INTERFACE, 64)
     block, status = load[1], load[2]
     assert (load[0], status) == (0x22, 1)
     no_button, by_direction = 0, 2
     effect = (0xFFFF, 0, 0, FULL, no_button, by_direction, TO_LARGER_ANGLES, 0)
+    constant = struct.pack("<BBh", 0x15, block, magnitude)
     for report in (
-        struct.pack("<BBBHHHHBBHH", 0x11, block, CONSTANT, *effect),
-        struct.pack("<BBh", 0x15, block, magnitude),
+        struct.pack("<BBBHHHHBBHH", 0x11, block, kind, *effect),
+        constant if kind == CONSTANT else struct.pack("<BBHhHI", 0x14, block, magnitude, 0, 0, 50),
         struct.pack("<BBBB", 0x1A, block, 1, 1),
     ):
         assert pico.write(report, endpoint=ENDPOINT) == "ack"
@@ -83,3 +86,14 @@ def test_constant_force_of_a_game_turns_the_motor(pico: EmulatedPico, sign: int)
     assert pico.write(bytes([0x1C, 3]), endpoint=ENDPOINT) == "ack"  # stop all effects
     pico.run(120)  # it fades
     assert pico.motor() == pytest.approx(0, abs=0.002)
+
+
+def test_tick_has_time_for_so_many_effects_of_a_game_and_more_are_a_fault() -> None:
+    # docs/reference/games.md says so. Sines cost most.
+    most = {"pico": 2, "pico2": 16}[bench.chosen.name]
+    for count, fault in ((most, 0), (min(40, 4 * most), OVERRUN)):
+        with bench.enumerated() as pico:
+            for _ in range(count):
+                _play(pico, FULL // 100, SINE)
+            pico.run(20)
+            assert pico.get("health")["faults"] == fault
