@@ -79,7 +79,12 @@ class Bench:
         device.arm()
         device.play(torsio.Constant(torque_nm=push_nm))
         device.sleep(0.3)
-        amperes, faults = abs(self.world.electrics.motor_current_a), device.faults()
+        # A meter shows the mean; at one moment the ripple of the PWM is in it.
+        seen = []
+        for _ in range(20):
+            device.sleep(0.00131)
+            seen.append(self.world.electrics.motor_current_a)
+        amperes, faults = abs(sum(seen) / len(seen)), device.faults()
         self.rest()
         self.world.set_hand(NoHand())
         return amperes, faults
