@@ -150,6 +150,10 @@ def test_group_that_leaves_out_tests_of_others_is_refused_beside_them(words: str
         groups.plan(words.split())
 
 
+def test_path_of_a_slow_group_alone_runs_that_group(stamps: Path) -> None:
+    assert groups.plan(["tests/making/test_solids.py"]).groups == ("making",)
+
+
 def test_part_of_a_group_that_passed_says_nothing_of_the_group(stamps: Path) -> None:
     for words in (["library", "-k", "wall"], ["tests/python"], ["-vx"], ["library", "--lf"]):
         assert groups.plan(words).run == {}

@@ -478,7 +478,8 @@ def _of_path(path: str) -> list[str]:
         if GROUPS[name].has(path)
         or any(PurePosixPath(own).is_relative_to(file) for own in GROUPS[name].tests)
     ]
-    return exact[:1] or around
+    slow = [name for name, group in GROUPS.items() if group.has(path)]
+    return exact[:1] or around or slow[:1]
 
 
 def _tests(names: Sequence[str]) -> list[str]:
