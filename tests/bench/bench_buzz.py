@@ -19,11 +19,8 @@ import json
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.python.buzzing import BOARDS, HANDS, REST_COUNTS, SPEEDS_RAD_S, Trial, motion
 from torsio.perception import VIBRATION_NM

@@ -24,10 +24,9 @@ import tempfile
 import time
 from pathlib import Path
 
-TREE = Path(__file__).parents[2]
-sys.path.insert(0, str(TREE))  # this file is also run as a program
-from tests.studio.browser import armed, chromium, drag_to, number, opened, state_is  # noqa: E402
+from tests.studio.browser import armed, chromium, drag_to, number, opened, state_is
 
+TREE = Path(__file__).parents[2]
 _WALL_RAD = 0.3  # the page's first scene
 
 

@@ -14,13 +14,9 @@ are estimates there.
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from statistics import median_low
-
-sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.board.pico import MODELS, choose, enumerated
 from tests.mcu import mcu

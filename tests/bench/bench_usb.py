@@ -41,12 +41,11 @@ from typing import Any
 import numpy as np
 
 import torsio
+from tests.vm import guests
+from tests.vm.guest.virtual_bus import VirtualKnob
+from tests.vm.machine import GuestFailed, Machine
 
 TREE = Path(__file__).parents[2]
-sys.path.insert(0, str(TREE))  # this file is also run as a program
-from tests.vm import guests  # noqa: E402
-from tests.vm.guest.virtual_bus import VirtualKnob  # noqa: E402
-from tests.vm.machine import GuestFailed, Machine  # noqa: E402
 
 KERNEL = "6.12"
 LIMIT_S = 3600.0  # a busy host may take its time
@@ -263,13 +262,11 @@ def virtual_knob(rate_hz: float) -> Iterator[str]:
         knob.end()
 
 
-def measure_in_virtual_machine(
-    words: list[str], *, file: str = __file__
-) -> Iterator[dict[str, Any]]:
-    """Run a benchmark's file in a virtual machine, with these words on its command line."""
+def measure_in_virtual_machine(words: list[str], *, name: str = "usb") -> Iterator[dict[str, Any]]:
+    """Run a benchmark in a virtual machine, with these words on its command line."""
     share = guests.share("bench")
     share.mkdir(parents=True, exist_ok=True)
-    run = shlex.join([sys.executable, file, *words])
+    run = shlex.join([sys.executable, "-m", f"tests.bench.bench_{name}", *words])
     machine = Machine(guests.KERNELS / KERNEL, share, emulated=True)
     machine.run(
         f"""\

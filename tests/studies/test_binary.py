@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from tests.board import felt, pico
-from tests.studies import binary
-from tests.studies.binary import BINARY, EMULATED, NOISE, SCENARIOS, Scenario
+from tests.studies import bench_binary as binary
+from tests.studies.bench_binary import BINARY, EMULATED, NOISE, SCENARIOS, Scenario
 
 # The difference of binary and emulated device by docs/results.md, in N m: root of the
 # mean square, and the most.

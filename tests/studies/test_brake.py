@@ -9,7 +9,7 @@ from typing import cast
 import pytest
 
 from tests.bench.bench_stiffness import springs
-from tests.studies import brake
+from tests.studies import bench_brake as brake
 from torsio.printed.config import Law
 
 TEXT = (Path(__file__).parents[2] / "docs" / "results.md").read_text(encoding="utf-8")

@@ -256,10 +256,11 @@ def site() -> int:
     become(PYTHON, "-m", "tools.site")
 
 
-def benchmarks() -> list[str]:
-    """Return the names of the benchmarks."""
-    files = (TREE / "tests/bench").glob("bench_*.py")
-    return sorted(file.stem.removeprefix("bench_") for file in files)
+def benchmarks() -> dict[str, str]:
+    """Return the benchmarks' modules by their names."""
+    files = [*TREE.glob("tests/bench/bench_*.py"), *TREE.glob("tests/studies/bench_*.py")]
+    names = {file.stem.removeprefix("bench_"): f"tests.{file.parent.name}" for file in files}
+    return {name: f"{names[name]}.bench_{name}" for name in sorted(names)}
 
 
 def bench(arguments: Sequence[str]) -> int:
@@ -306,7 +307,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
                 building.begin_studio().result()
         if kernels is not None:
             kernels.result()
-    become(PYTHON, f"tests/bench/bench_{name}.py", *rest)
+    become(PYTHON, "-m", benchmarks()[name], *rest)
 
 
 def mutate(arguments: Sequence[str]) -> int:
