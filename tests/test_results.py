@@ -21,7 +21,7 @@ def _table(page: str, mark: str) -> str:
 
 def test_page_has_the_marks_of_all_printers_and_names_their_commands() -> None:
     marks = {"instructions", "damped walls", "tick in a wall", "brake", "current loops"}
-    marks |= {"guards", "games, latency", "games, forms", "usb"}
+    marks |= {"guards", "games, latency", "usb"}
     for mark in marks:
         assert _table(PAGE, mark).count("|\n") > 3
     for name in tables.PRINTERS:

@@ -137,21 +137,14 @@ def _guards(lines: Lines) -> Tables:
 
 
 def _games(lines: Lines) -> Tables:
-    def of(what: str) -> Lines:
-        return [line for line in lines if line["what"] == what]
-
     names = {"sine": "sine, its offset", "spring": "spring, its coefficient"}
     names["start"] = "constant, started and stopped"
     keys = ("median_ms", "p99_ms", "whole_median_ms", "whole_p99_ms")
     delays = [
         [names.get(line["effect"], line["effect"]), *(f"{line[key]:.2f} ms" for key in keys)]
-        for line in of("delay")
+        for line in lines
     ]
-    errors = [
-        [line["effect"], *(_percent(line[key], 2) for key in ("max_share", "rms_share"))]
-        for line in of("torque_error")
-    ]
-    return {"games, latency": delays, "games, forms": errors}
+    return {"games, latency": delays}
 
 
 def _usb(lines: Lines) -> Tables:

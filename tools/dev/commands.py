@@ -276,9 +276,8 @@ def _bench(name: str, *rest: str) -> NoReturn:
     if name not in benchmarks():
         raise UsageError(f"no benchmark '{name}'")
     # Without a knob to measure these take a virtual one, in a virtual machine.
-    with_machines = (name == "usb" and "--device" not in rest) or (
-        name == "games" and not {"--here", "--in-process"} & set(rest)
-    )
+    elsewhere = {"usb": "--device", "games": "--here"}
+    with_machines = name in elsewhere and elsewhere[name] not in rest
     on_boards = name in ("binary", "calibration", "guards", "mcu")
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
