@@ -1,7 +1,6 @@
 // The page: it connects to a knob, shows it, plays the scene on it, and disarms it with one key.
 
 import "./main.css";
-import { Ages } from "./ages";
 import { BridgeTransport } from "./bridge_transport";
 import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
@@ -23,9 +22,6 @@ import { SceneEditor } from "./scene_editor";
 import type { Transport, World } from "./transport";
 import { hasWebHid, WebHidTransport } from "./webhid_transport";
 import { compiled, WasmTransport } from "./wasm_transport";
-
-// For ./dev bench studio: the page's files are there.
-performance.mark("script");
 
 // Some 28 pictures a second at most: more cost, and show nothing more. Nobody reads numbers so fast.
 const PICTURE_MS = 28, NUMBERS_MS = 200;
@@ -229,14 +225,11 @@ async function connectTo(kind: string): Promise<void> {
     throw error;
   }
   isPlayed = false;
-  ages.begin();
   knob.onSample = (row) => {
     newest = row;
-    ages.sample(row[0]!);
     plots.push(row);
   };
   knob.onSamples = () => {
-    ages.came();
     // A tab that is hidden draws nothing.
     lookAtFirstPower();
     pictureSoon();
@@ -283,8 +276,7 @@ function sampledTorque(value: number): string {
 }
 
 let newest: ArrayLike<number> | undefined;
-let drewAt = 0, wroteAt = 0, isComing = false, pictures = 0, written = 0;
-const ages = new Ages();
+let drewAt = 0, wroteAt = 0, isComing = false, written = 0;
 
 /** Draws, but no sooner than the eye sees; without samples nothing runs. */
 function pictureSoon(): void {
@@ -302,12 +294,10 @@ function draw(now: number): void {
   dial.show(newest[1]!);
   hint.look(dial.isHeld, newest[3]!);
   plots.draw();
-  ++pictures;
   if (now - wroteAt >= NUMBERS_MS) {
     wroteAt = now;
     write(knob, newest);
   }
-  ages.drawn();
 }
 
 /** With every sample and every change of the state: a fault may come and go between two pictures. */
@@ -374,14 +364,11 @@ addEventListener("pagehide", () => void knob?.close());
 connection.value = new URLSearchParams(location.search).has("token") ? "bridge" : "wasm";
 showState();
 attempt(() => connect(connection.value));
-// For ./dev bench studio and the tests.
+// For the tests.
 Object.assign(window, {
   studio: {
     samples: () => knob?.decoder.received ?? 0,
     /** Samples until the one whose numbers are shown. */
     written: () => written,
-    lost: () => knob?.decoder.lost ?? 0,
-    pictures: () => pictures,
-    latencyMs: (part: number) => ages.part(part),
   },
 });

@@ -58,7 +58,6 @@ export class WasmTransport implements Transport, World {
       worker.terminate();
       throw error;
     }
-    performance.mark("module");
     await transport.#ask({ kind: "start", module, seed } as ToWorker);
     return transport;
   }

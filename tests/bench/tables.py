@@ -140,11 +140,11 @@ def _games(lines: Lines) -> Tables:
     names = {"sine": "sine, its offset", "spring": "spring, its coefficient"}
     names["start"] = "constant, started and stopped"
     keys = ("median_ms", "p99_ms", "whole_median_ms", "whole_p99_ms")
-    delays = [
-        [names.get(line["effect"], line["effect"]), *(f"{line[key]:.2f} ms" for key in keys)]
-        for line in lines
-    ]
-    return {"games, latency": delays}
+    rows = []
+    for line in lines:
+        effect = str(line["effect"])
+        rows.append([names.get(effect, effect), *(f"{line[key]:.2f} ms" for key in keys)])
+    return {"games, latency": rows}
 
 
 def _usb(lines: Lines) -> Tables:

@@ -282,7 +282,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
-    groups += ["studio", "browser"] if name in ("hour", "studio") else []
+    groups += ["studio", "browser"] if name == "hour" else []
     # Only the benchmark's own lines go to standard output, so that they can be piped.
     with redirect_stdout(sys.stderr), lock():
         sources = building.FirmwareSources(fetch=name != "hour")
@@ -302,8 +302,6 @@ def _bench(name: str, *rest: str) -> NoReturn:
             if not on_boards:
                 building.build_preset("release", tinyusb)
             _build_packages(tinyusb)
-            if name == "studio":
-                building.begin_studio().result()
         if kernels is not None:
             kernels.result()
     become(PYTHON, "-m", benchmarks()[name], *rest)
