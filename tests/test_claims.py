@@ -76,15 +76,6 @@ def test_each_claim_about_who_may_do_what_has_a_test() -> None:
     assert vague == []
 
 
-def test_name_of_no_test_is_found_out() -> None:
-    assert missing("`tests/test_claims.py` `test_nothing`") == [
-        "tests/test_claims.py: test_nothing"
-    ]
-    assert missing('`test_codec.cpp` "a wall\'s bytes are these" "none"') == [
-        'test_codec.cpp: "none"'
-    ]
-
-
 def test_commands_that_the_documents_name_are_there() -> None:
     documents = [*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")]
     assert len(documents) > 15

@@ -224,13 +224,6 @@ def test_cases_are_told_by_name_though_one_of_them_ends_the_program(
     assert re.search("SIGABRT|status -6", problems["worse \\"])
 
 
-def test_cases_that_pass_together_need_one_process(planted: list[Case], tmp_path: Path) -> None:
-    good = [case for case in planted if case.name == GOOD]
-    assert run_cases(good, tmp_path / "report.xml") == {GOOD: ""}
-    report = ElementTree.parse(tmp_path / "report.xml")
-    assert sum(not case.get("skipped") for case in report.iter("TestCase")) == 1
-
-
 def test_case_that_the_program_does_not_have_has_not_passed(
     planted: list[Case], tmp_path: Path
 ) -> None:

@@ -21,13 +21,6 @@ def test_knobs_that_have_lived_for_a_while_are_as_they_were_at_first() -> None:
     assert re.search(r"\d+ examinations; .* 0 faults$", ended.stdout)
 
 
-def test_soak_needs_options_that_it_knows() -> None:
-    for arguments in (["--hours"], ["--days", "1"], ["--hours", "0"]):
-        ended = subprocess.run([str(SOAK), *arguments], capture_output=True, text=True, check=False)
-        assert ended.returncode == 2
-        assert ended.stderr.startswith("usage: ")
-
-
 def test_unplugs_in_every_state_are_told_and_leave_nothing_behind(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -35,10 +28,3 @@ def test_unplugs_in_every_state_are_told_and_leave_nothing_behind(
     outcome = unplugs.pull(4 * len(unplugs.STATES), seed=1)
     assert outcome.faults == []
     assert set(outcome.states) == set(unplugs.STATES)
-
-
-def test_unplug_that_nobody_is_told_of_is_a_fault() -> None:
-    deaf = unplugs.Trial("asking", paced=False, wait_s=0.0)
-    assert deaf.fault() == "nobody was told"
-    deaf.heard = TimeoutError()
-    assert deaf.fault().startswith("told by TimeoutError")

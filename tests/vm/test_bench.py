@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from tests.vm import guests, initramfs, kernel_log, results
-from tests.vm.machine import GuestFailed, Machine
 
 JUNIT = """<?xml version="1.0" encoding="utf-8"?>
 <testsuites><testsuite name="pytest">
@@ -96,23 +95,6 @@ def fake_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[s
     monkeypatch.setattr(guests, "share", lambda kernel: tmp_path / kernel)
     monkeypatch.setattr(guests, "junit", lambda kernel: tmp_path / f"out/{kernel}.xml")
     return behave
-
-
-@pytest.mark.parametrize(
-    ("script", "reason"),
-    [
-        ("echo Kernel panic >&2", "died: panic or reset"),
-        ("exit 19", "ended with status 9"),
-        ("exec sleep 60", "did not end in 5 s"),
-    ],
-)
-def test_machine_that_ends_badly_is_told_with_its_console(
-    tmp_path: Path, fake_machine: Callable[[str], None], script: str, reason: str
-) -> None:
-    fake_machine(f"echo the last words >&2; {script}")
-    with pytest.raises(GuestFailed, match=reason) as caught:
-        Machine(tmp_path, tmp_path / "share").run("true", limit_s=5)
-    assert "the last words" in str(caught.value)
 
 
 def test_guest_without_results_has_failed_though_its_machine_ended_well(

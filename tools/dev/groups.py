@@ -154,11 +154,8 @@ _COVERED_BY_KERNELS = (
     ),
     *("tests/determinism", "tests/bench", "tests/endurance", "tests/cpp"),
 )
-# Tests that measure again the figures of pages.
-_FIGURES = (
-    *("tests/studies/test_binary.py", "tests/studies/test_brake.py"),
-    "tests/studies/test_bench_stiffness.py",
-)
+# Tests that run the boards' binaries and current loops for minutes.
+_FIGURES = ("tests/studies/test_binary.py", "tests/studies/test_bench_stiffness.py")
 _FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
 _BOARD_NEEDS = ("firmware", "python")
 _EVERY_BOARD = {BOARDS_VARIABLE: " ".join(building.BOARDS)}
@@ -251,7 +248,7 @@ GROUPS = {
         "guides that run, links, what pages say of the code",
         (
             *("tests/test_guides.py", "tests/test_hardware_guide.py", "tests/test_site.py"),
-            *("tests/test_troubleshooting.py", "tests/test_prose.py", "tests/test_results.py"),
+            *("tests/test_troubleshooting.py", "tests/test_results.py"),
         ),
         ("release", "python", "hardware", "page", "documents"),
         (
@@ -283,7 +280,7 @@ GROUPS = {
         slow=True,
     ),
     "figures": Group(
-        "what pages say of binaries and benchmarks",
+        "binaries beside the emulated device; how stiff their current loops can be",
         _FIGURES,
         ("release", *_BOARD_NEEDS, "studies"),
         (*_COVERED_BY_BOARDS, "studies", "tests/studies", "tests/board"),

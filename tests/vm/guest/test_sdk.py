@@ -196,19 +196,6 @@ def test_list_of_exceptions_has_no_case_that_is_gone() -> None:
     assert set(NOT_OVER_USB) <= set(CASES)
 
 
-def test_results_that_a_crash_has_cut_off_have_only_the_cases_before_it() -> None:
-    text = """<?xml version="1.0" encoding="UTF-8"?>
-<doctest binary="x"><Options order_by="file"/><TestSuite>
-  <TestCase name="good"><OverallResultsAsserts successes="1" test_case_success="true"/></TestCase>
-  <TestCase name="bad"><Expression success="false"><Original>a == b</Original></Expression>
-    <OverallResultsAsserts successes="0" failures="1" test_case_success="false"/></TestCase>
-  <TestCase name="crashed"><Expression success="false">"""
-    problems = read_results(text)
-    assert list(problems) == ["good", "bad"]
-    assert problems["good"] == ""
-    assert "a == b" in problems["bad"]
-
-
 @pytest.mark.parametrize("case", [pytest.param(case, marks=marks(case)) for case in OVER_USB])
 def test_cpp(run_all: Callable[[bool], Run], case: str) -> None:
     run = run_all(pulls_cable(case))
