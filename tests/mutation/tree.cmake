@@ -33,6 +33,7 @@ foreach(layer core protocol device emulator usbip sdk)
 endforeach()
 if(TORSIO_MUTATE_ALL)
   add_subdirectory(bindings)
+  target_compile_options(_torsio PRIVATE -O0)
   target_sources(_torsio PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/module.cpp")
   set_source_files_properties(module.cpp TARGET_DIRECTORY _torsio PROPERTIES
     COMPILE_DEFINITIONS TORSIO_MUTANTS=${TORSIO_MUTANTS})
