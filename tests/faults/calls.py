@@ -93,6 +93,7 @@ CALLS: dict[str, Callable[[Bench], Any]] = {
 """In the order of the table."""
 CLOSING = ("close", "__exit__", "end of Python")
 DISARMING = (*CLOSING, "disarm", "stop")
+PATIENCE_S = 60.0  # longer than an answer takes on any loaded machine
 
 
 @contextmanager
@@ -100,11 +101,12 @@ def bench(call: str, *, paced: bool, recorded: bool) -> Iterator[Bench]:
     """Make an armed knob that plays, and leave nothing of it behind."""
     with tempfile.TemporaryDirectory() as folder:
         made = device(paced=paced)
-        knob = torsio.open(made)
+        knob = torsio.open(made, command_timeout_s=PATIENCE_S)
         this = Bench(made, knob, Path(folder) / "x.mcap")
         if call == "end of Python":
             this.others = [device(paced=paced), device(paced=paced)]
-        all_knobs = [knob, *(torsio.open(other) for other in this.others)]
+        others = [torsio.open(other, command_timeout_s=PATIENCE_S) for other in this.others]
+        all_knobs = [knob, *others]
         try:
             for one in all_knobs:
                 one.update(watchdog_s=60.0)
@@ -121,7 +123,7 @@ def bench(call: str, *, paced: bool, recorded: bool) -> Iterator[Bench]:
                 with suppress(Exception):
                     one.close()
             this.knob = None  # type: ignore[assignment]
-            del knob, all_knobs
+            del knob, others, all_knobs
 
 
 def trial(
