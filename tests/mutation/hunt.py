@@ -41,7 +41,7 @@ PACKAGE = "bindings/python/torsio"
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", reach.__name__)
 # Processor time of a mutant's tests together; tests of the page get more.
 MOST_S, MOST_OF_PAGE_S = 40.0, 150.0
-ROUNDS = 8  # until all choices compile
+ROUNDS = 40  # until all choices compile; each ends at the first that does not
 
 
 def copy_tree() -> None:

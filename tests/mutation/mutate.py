@@ -102,7 +102,7 @@ def build(
     configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
     with log.open("w") as output:
         build: list[str | Path] = ["cmake", "--build", folder, "--target", target]
-        for command in (configure, [*build, "--", "-k", "0"]):
+        for command in (configure, build):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder
 
