@@ -18,7 +18,9 @@ TEST_CASE("a refused commit does not touch what plays, whatever was written befo
   Constant other;
   other.torque_nm = 0.01F;
   REQUIRE(rig.send_status(other) == Status::ok);
-  CHECK(rig.send_status(Commit{2, 0, 0x8001}) == Status::empty_slot);
+  const Acknowledgement refused = rig.send(Commit{2, 0, 0x8001});
+  CHECK(rig.status(refused) == Status::empty_slot);
+  CHECK(refused.field == field_index<Commit>("active"));
   rig.tick(5);
   CHECK(rig.outputs.motor_command_nm == 0.03F);
   CHECK(rig.send_status(Commit{3, 0, 1}) == Status::ok);

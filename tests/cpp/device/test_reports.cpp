@@ -284,6 +284,23 @@ TEST_CASE("a setting behind an arm command in the same frame is refused, not hal
   CHECK(rig.get<ControlConfig>().beta == 0.5F);
 }
 
+TEST_CASE("a pin that a setting in the same frame has taken is refused, not driven twice") {
+  torsio::device::BoardInfo board;
+  board.wiring_rule = torsio::boards::pico2::kBoard.wiring_rule;
+  Rig rig(board);
+  BoardConfig first;
+  first.motor_pin = 14;
+  ActuatorConfig second;
+  const std::uint8_t no_pin = second.encoder_index_pin;
+  second.encoder_index_pin = 14;
+  CHECK(rig.device->set_feature(encode(first)).ok());
+  CHECK(rig.device->set_feature(encode(second)).ok());  // free until the first is carried out
+  rig.tick(4);
+  CHECK(rig.status(rig.acknowledgements.back()) == Status::inconsistent);
+  CHECK(rig.get<BoardConfig>().motor_pin == 14);
+  CHECK(rig.get<ActuatorConfig>().encoder_index_pin == no_pin);
+}
+
 TEST_CASE("telemetry tells desired, motor, brake and spring torque with their signs") {
   Rig rig;
   ControlConfig config;
