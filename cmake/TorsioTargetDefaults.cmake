@@ -73,10 +73,6 @@ function(torsio_embedded_defaults target)
   if(NOT type STREQUAL "INTERFACE_LIBRARY")
     target_compile_options(${target} PRIVATE
       -fno-exceptions -fno-rtti -Wdouble-promotion)
-    if(TORSIO_SANITIZE)
-      # One by one: tests/mutation/short.py puts mutants in the place of single sources.
-      set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
-    endif()
     # The RP2040 halts where an access is not aligned.
     if(TORSIO_SANITIZE MATCHES "undefined")
       target_compile_options(${target} PRIVATE -fsanitize=alignment)
