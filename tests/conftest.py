@@ -13,7 +13,7 @@ import hypothesis
 import pytest
 
 from tests.vm.guests import GUEST_VARIABLE
-from tools.dev import groups
+from tools.dev import building, groups
 
 hypothesis.settings.register_profile("torsio", deadline=None)
 hypothesis.settings.load_profile("torsio")
@@ -30,12 +30,15 @@ def pytest_configure(config: pytest.Config) -> None:
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     config.addinivalue_line("markers", "slow: runs with `./dev test slow` alone")
+    config.addinivalue_line("markers", "pages: holds a page's figures; runs where both boards do")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Run what is marked as slow when that is asked for, and then nothing else."""
     wanted = groups.SLOW_VARIABLE in os.environ
     left = [item for item in items if (item.get_closest_marker("slow") is not None) != wanted]
+    if building.EVERY_BOARD_VARIABLE not in os.environ:
+        left += [item for item in items if item.get_closest_marker("pages")]
     if left:
         config.hook.pytest_deselected(items=left)
         items[:] = [item for item in items if item not in left]
@@ -72,7 +75,7 @@ def _opens_what_its_group_covers(request: pytest.FixtureRequest) -> Iterator[Non
     yield
     opened = [str(Path(path).relative_to(TREE)) for path in OPENED]
     test = request.node.nodeid
-    assert groups.not_covered(test, opened) == [], "tools/dev/groups.py lacks it for this test"
+    assert groups.not_covered(test, opened, RUN) == [], "tools/dev/groups.py lacks it for this test"
 
 
 # Not for the programs and the pytest processes that tests start.

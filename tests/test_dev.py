@@ -176,6 +176,10 @@ def test_file_that_a_test_reads_must_be_covered() -> None:
         "tests/c/layouts.py",
     ]
     assert groups.not_covered(test, files) == ["docs/reference/usb.md"]
+    # A slow group may read more than the group of every change that has the same test.
+    test = "tests/board/test_guards.py::test_x"
+    assert groups.not_covered(test, ["docs/results.md"]) == ["docs/results.md"]
+    assert groups.not_covered(test, ["docs/results.md"], ["guards", "documents"]) == []
 
 
 def _imported(file: Path, known: set[Path]) -> None:

@@ -86,6 +86,7 @@ def test_tick_in_a_wall_leaves_the_processor_its_time(cost: felt.TickCost) -> No
     assert cost.interrupt_share < most
 
 
+@pytest.mark.pages
 def test_documents_say_what_a_tick_in_a_wall_costs(cost: felt.TickCost) -> None:
     # A telemetry sample more or less makes some per cent.
     some, whole = as_documented(0.05), 100 * as_documented(0.02)
@@ -116,12 +117,9 @@ def test_tick_in_sixteen_damped_walls_leaves_the_product_its_time(
     else:
         assert sixteen is not None
         assert sixteen.usual_ns < 0.4 * pico.chosen.tick_ns
-        # One that takes all of them anew is told in the same place.
-        text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
-        (told_us,) = re.findall(r"an armed board takes sixteen walls anew, (\d+) us\.", text)
-        assert 1e3 * float(told_us) == pytest.approx(sixteen.most_ns, rel=as_documented(0.1))
 
 
+@pytest.mark.pages
 def test_documents_say_how_long_a_tick_in_damped_walls_takes(
     in_walls: dict[int, TickTime | None],
 ) -> None:
@@ -130,6 +128,9 @@ def test_documents_say_how_long_a_tick_in_damped_walls_takes(
     (cells,) = re.findall(rf"^\| `{pico.chosen.name}`, us of \d+ \| (.*) \|$", text, re.M)
     told = dict(zip(map(int, counts.split(" | ")), cells.split(" | "), strict=True))
     assert list(told) == list(in_walls)
+    if sixteen := in_walls[16]:
+        (told_us,) = re.findall(r"an armed board takes sixteen walls anew, (\d+) us\.", text)
+        assert 1e3 * float(told_us) == pytest.approx(sixteen.most_ns, rel=as_documented(0.1))
     for walls, times in in_walls.items():
         if told[walls] == "at the edge":
             assert times is None or times.usual_ns > 0.9 * pico.chosen.tick_ns

@@ -5,6 +5,7 @@ And what would be if it did not: with firmware in which that guard is switched o
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 
@@ -37,6 +38,7 @@ from tests.board.pico import EmulatedPico, confirm, enumerated, rewired
 from tests.board.run_aways import RUN_AWAYS, RunAway
 from tests.board.unguarded import GUARDS, image, mutated, start_without, take_away, unguarded
 from tests.mcu.mcu import as_documented
+from tools.dev.building import EVERY_BOARD_VARIABLE
 
 OVER_SPEED, ENCODER, ACTUATOR, OVERRUN = 1 << 1, 1 << 2, 1 << 3, 1 << 4
 CURRENT_SENSOR, WINDING, TEMPERATURE, SUPPLY = 1 << 6, 1 << 7, 1 << 8, 1 << 9
@@ -78,8 +80,12 @@ def bare_watching_pico(_model: None) -> Iterator[EmulatedPico]:
         yield board
 
 
+# Where both boards run, the table of docs/results.md is held against what they do.
+PAGES = EVERY_BOARD_VARIABLE in os.environ
+
+
 def _documented(name: str) -> tuple[str, str, str]:
-    """Give a danger's row of the table in docs/results.md, as the chosen board has it.
+    """Give a danger's row of that table, as the chosen board has it.
 
     Returns
     -------
@@ -121,17 +127,22 @@ def _check_reaction(lasting_pico: EmulatedPico, danger: Danger) -> None:
     passed_ms, told = react(lasting_pico, danger)
     assert passed_ms <= danger.limit_ms(lasting_pico)
     assert told == danger.tells
-    assert f"`{told}`" in _documented(danger.name)[1]
-    # The table has the worst of 16 moments. A slow fault may take half as long again in others.
-    worst_ms = _documented_ms(danger.name)
-    assert worst_ms / 2 - FINE_MS <= passed_ms
-    if worst_ms < 10.0:
-        assert passed_ms <= worst_ms * (1 + as_documented(0.1)) + 2 * FINE_MS
+    if PAGES:
+        _check_page(danger, passed_ms)
     # Mended and cleared it works again.
     push(lasting_pico)
     assert lasting_pico.motor()
     assert lasting_pico.command("disarm") == "ok"
     lasting_pico.turn(-lasting_pico.get("clock")["position_counts"], period_us=2)
+
+
+def _check_page(danger: Danger, passed_ms: float) -> None:
+    assert f"`{danger.tells}`" in _documented(danger.name)[1]
+    # The table has the worst of 16 moments. A slow fault may take half as long again in others.
+    worst_ms = _documented_ms(danger.name)
+    assert worst_ms / 2 - FINE_MS <= passed_ms
+    if worst_ms < 10.0:
+        assert passed_ms <= worst_ms * (1 + as_documented(0.1)) + 2 * FINE_MS
 
 
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.4, 0.6])
@@ -332,18 +343,25 @@ def test_knob_does_not_run_away(danger: RunAway) -> None:
         assert (run.off_s is None) == (not danger.tells)
         assert run.moved_rad < danger.most_rad
         assert run.fastest_rad_s < danger.most_rad_s
-        reaction, told, _ = _documented(danger.name)
+        if PAGES:
+            _check_page_of(danger, run.off_s)
         if run.off_s is None:
-            assert reaction == "stays on"
             return
-        assert told == f"`{danger.tells}`"
-        # Looked at every 4 ms, and how fast a knob gets depends on the sensor's noise.
-        assert 1e3 * run.off_s == pytest.approx(_documented_ms(danger.name), rel=0.1, abs=12)
         # Off is off: friction takes the speed away from then on.
         speed = abs(found.place.record()["speed_rad_s"][-1])
         found.board.run(20)
         assert abs(found.place.record()["speed_rad_s"][-1]) < speed
         assert found.board.command("clear_fault") == "ok"
+
+
+def _check_page_of(danger: RunAway, off_s: float | None) -> None:
+    reaction, told, _ = _documented(danger.name)
+    if off_s is None:
+        assert reaction == "stays on"
+        return
+    assert told == f"`{danger.tells}`"
+    # Looked at every 4 ms, and how fast a knob gets depends on the sensor's noise.
+    assert 1e3 * off_s == pytest.approx(_documented_ms(danger.name), rel=0.1, abs=12)
 
 
 @pytest.mark.unguarded
@@ -368,10 +386,11 @@ def test_warm_winding_and_coil_get_less_and_less_until_the_continuous_current() 
                 most, least = expected[n - 4], expected[n + 4]
                 assert 0.97 * least - 0.03 <= amperes[n] <= 1.03 * most + 0.03, (part, n)
             assert amperes[2] > 0.9 * PUSHED_A[part]
-            reaction, told, _ = _documented(WARM[part])
-            told_a, after_s = map(float, re.findall(r"[\d.]+", told))
-            assert reaction == "stays on"
-            assert told_a == pytest.approx(amperes[round(1e3 * after_s / 5) - 1], rel=0.1)
+            if PAGES:
+                reaction, told, _ = _documented(WARM[part])
+                told_a, after_s = map(float, re.findall(r"[\d.]+", told))
+                assert reaction == "stays on"
+                assert told_a == pytest.approx(amperes[round(1e3 * after_s / 5) - 1], rel=0.1)
             assert amperes[-1] < 0.3 * PUSHED_A[part]
         assert pico.get("health")["state"] == "armed"
         # It is the winding that is warm, not the order: it stays so when armed anew.
@@ -437,8 +456,9 @@ def test_supply_that_was_too_low_for_a_moment_is_told(lasting_pico: EmulatedPico
     lasting_pico.enumerate()
     health = lasting_pico.get("health")
     assert health["reset_cause"] == ("brown_out" if tells else "power")
-    told = _documented("board's own supply too low for a moment")[1].split(",")
-    assert f"`{health['reset_cause']}`" in told[1 if tells else 2]
+    if PAGES:
+        told = _documented("board's own supply too low for a moment")[1].split(",")
+        assert f"`{health['reset_cause']}`" in told[1 if tells else 2]
     assert health["state"] == "disarmed"
     assert lasting_pico.motor() is None
 

@@ -90,6 +90,7 @@ TOLD = (
 )
 
 
+@pytest.mark.pages
 @pytest.mark.parametrize("board", BUDGET)
 def test_documents_say_how_many_instructions_a_tick_takes(
     measured: dict[tuple[str, str], float], board: str
@@ -106,6 +107,7 @@ def test_documents_say_how_many_instructions_a_tick_takes(
         assert told == pytest.approx(count, rel=mcu.as_documented(0.04), abs=1.0), row
 
 
+@pytest.mark.pages
 def test_time_of_a_tick_is_near_that_of_the_binary() -> None:
     text = (mcu.TREE / "docs/results.md").read_text(encoding="utf-8")
     table = text.split("<!-- begin: damped walls -->")[1].split("<!-- end")[0]

@@ -121,7 +121,8 @@ def _run_tests(plan: groups.Plan) -> NoReturn:
     os.environ[groups.BOARDS_VARIABLE] = " ".join(plan.boards)
     os.environ[groups.TURN_VARIABLE] = str(plan.turn)
     # The tools that the build has installed count.
-    os.environ[groups.RUN_VARIABLE] = json.dumps(groups.with_tools(plan.run))
+    digests = {**dict.fromkeys(plan.groups, ""), **groups.with_tools(plan.run)}
+    os.environ[groups.RUN_VARIABLE] = json.dumps(digests)
     become(
         *without_aslr(
             PYTHON, "-m", "pytest", "-n", str(WORKERS), "--dist", "worksteal", *plan.arguments

@@ -22,7 +22,7 @@ from tools.dev import building
 from tools.dev.running import BUILD, TREE, UsageError, stamp_is, stamped
 from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
-# Tells the tests' conftest.py which groups run, and with which digests.
+# Tells the tests' conftest.py which groups run, and the digests of those that run whole.
 RUN_VARIABLE = "TORSIO_TEST_RUN"
 # A number that chooses the board and the kernel whose turn it is. It follows from the change.
 TURN_VARIABLE = "TORSIO_TEST_TURN"
@@ -137,10 +137,7 @@ _COVERED_BY_CPP = (
     *("tests/cpp", "tests/fuzz", "tests/mutation", "tests/determinism", "tests/endurance"),
     *("tests/golden", "tests/bench", "tests/vm", "docs/explanation/architecture.md"),
 )
-_COVERED_BY_BOARDS = (
-    *(*_PYTHON, "firmware", "tools", "tests/mutation", "tests/bench"),
-    *_BOARD_PAGES,
-)
+_COVERED_BY_BOARDS = (*(*_PYTHON, "firmware", "tools", "tests/mutation", "tests/bench"),)
 _COVERED_BY_KERNELS = (
     *(
         *_PYTHON,
@@ -275,7 +272,7 @@ GROUPS = {
         "what each guard stands against: both boards, with it and without",
         ("tests/board/test_guards.py",),
         (*_BOARD_NEEDS, "unguarded"),
-        _COVERED_BY_BOARDS,
+        (*_COVERED_BY_BOARDS, *_BOARD_PAGES),
         {**_EVERY_BOARD, building.EVERY_BOARD_VARIABLE: "1", UNGUARDED_VARIABLE: "1"},
         slow=True,
     ),
@@ -283,7 +280,7 @@ GROUPS = {
         "binaries beside the emulated device; how stiff their current loops can be",
         _FIGURES,
         ("release", *_BOARD_NEEDS, "studies"),
-        (*_COVERED_BY_BOARDS, "studies", "tests/studies", "tests/board"),
+        (*_COVERED_BY_BOARDS, *_BOARD_PAGES, "studies", "tests/studies", "tests/board"),
         _EVERY_BOARD,
         slow=True,
     ),
@@ -317,7 +314,7 @@ GROUPS = {
         "the firmware's binaries, each test on both boards",
         ("tests/board", "tests/mcu"),
         _BOARD_NEEDS,
-        _COVERED_BY_BOARDS,
+        (*_COVERED_BY_BOARDS, *_BOARD_PAGES),
         {**_EVERY_BOARD, building.EVERY_BOARD_VARIABLE: "1"},
         slow=True,
     ),
@@ -427,13 +424,14 @@ def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]
     ]
 
 
-def not_covered(test: str, files: Iterable[str]) -> list[str]:
-    """Return the files of the tree that some group with this test does not cover.
+def not_covered(test: str, files: Iterable[str], chosen: Iterable[str] = ()) -> list[str]:
+    """Return the files of the tree that some chosen group with this test does not cover.
 
-    Slow groups count only if no other group has the test.
+    Where none is chosen, slow groups count only if no other group has the test.
     """
-    found = [group for group in GROUPS.values() if group.has(test)]
-    found = [group for group in found if not group.slow] or found
+    has = [group for group in GROUPS.values() if group.has(test)]
+    found = [group for group in has if group in [GROUPS[name] for name in chosen]]
+    found = found or [group for group in has if not group.slow] or has
     return [
         str(path)
         for path in map(PurePosixPath, files)
@@ -449,11 +447,11 @@ def _stamp(name: str) -> Path:
 def remember(run: Mapping[str, str], failed: Iterable[str]) -> None:
     """Note the digests, tools included, of groups that ran whole and passed.
 
-    `failed` has node ids.
+    Others have none. `failed` has node ids.
     """
     failed = list(failed)
     for name, digest in run.items():
-        if not any(GROUPS[name].has(test) for test in failed):
+        if digest and not any(GROUPS[name].has(test) for test in failed):
             with stamped(_stamp(name), digest):
                 pass
 
