@@ -12,7 +12,7 @@ import json
 import re
 import shlex
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from tests.mutation import lists
@@ -72,7 +72,8 @@ def _escaped(path: Path | str) -> str:
 def _compiling(target: str) -> str:
     """Return how the preset compiles the files of a target."""
     entries = json.loads((PRESET / "compile_commands.json").read_text(encoding="utf-8"))
-    return next(entry["command"] for entry in entries if f"/{target}.dir/" in entry["command"])
+    commands: Iterator[str] = (entry["command"] for entry in entries)
+    return next(command for command in commands if f"/{target}.dir/" in command)
 
 
 def _changed(command: str, source: Path, output: Path, *first: str) -> str:
