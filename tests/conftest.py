@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -75,11 +76,20 @@ def _opens_what_its_group_covers(request: pytest.FixtureRequest) -> Iterator[Non
     yield
     opened = [str(Path(path).relative_to(TREE)) for path in OPENED]
     test = request.node.nodeid
-    assert groups.not_covered(test, opened, RUN) == [], "tools/dev/groups.py lacks it for this test"
+    chosen = getattr(request.config, "workerinput", {}).get("groups", RUN)
+    assert groups.not_covered(test, opened, chosen) == [], (
+        "tools/dev/groups.py lacks it for this test"
+    )
 
 
 # Not for the programs and the pytest processes that tests start.
 RUN = json.loads(os.environ.pop(groups.RUN_VARIABLE, "{}"))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Tell a worker of pytest-xdist too."""
+    node.workerinput["groups"] = list(RUN)
 
 
 def _fail_instead_of_skip(report: pytest.TestReport | pytest.CollectReport) -> None:
