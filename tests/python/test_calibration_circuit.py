@@ -86,7 +86,7 @@ def test_supply_that_nothing_would_use_is_an_error() -> None:
             calibration.calibrate(knob, quick=quick, supply_v=12.3)
 
 
-@pytest.mark.parametrize("supply_v", [10.8, 13.2])
+@pytest.mark.parametrize("supply_v", [10.8, pytest.param(13.2, marks=pytest.mark.slow)])
 def test_supply_that_nobody_measured_spoils_no_torque_constant(supply_v: float) -> None:
     with opened(torsio.Electrics(supply_v=supply_v)) as knob:
         before = knob.board_config()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import torsio
+from tests.once import once
 from tests.studies.cluster import local_cluster, without_seconds
 from torsio import ShaftConfig
 from torsio.calibration import Refusal, calibrate, left_out
@@ -40,7 +41,11 @@ KNOBS = 4
 
 @pytest.fixture(scope="module")
 def rows() -> list[dict[str, float]]:
-    return [measure(hidden_knob(1000 + number)) for number in range(KNOBS)]
+    kept = Path(__file__).parents[2] / "build/tests/hidden-knobs.json"
+    found: list[dict[str, float]] = once(
+        kept, lambda: [measure(hidden_knob(1000 + number)) for number in range(KNOBS)]
+    )
+    return found
 
 
 def test_hidden_knobs_are_found_to_the_end_within_the_time(rows: list[dict[str, float]]) -> None:
