@@ -283,7 +283,7 @@ class Hunt:
         return _within(near or self.tests, MOST_S)
 
     def _of_page(self) -> list[Tried]:
-        """Give the page's tests, those of a file together: they share a browser."""
+        """Give the page's tests. Tests in one file stay together: they share a browser."""
         of_file: dict[str, list[Tried]] = defaultdict(list)
         for one in self.tests:
             if one.test.startswith("tests/studio/"):
