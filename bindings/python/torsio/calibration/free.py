@@ -232,6 +232,36 @@ def _over_the_turn(slow: _Rows, cogging: Cogging, value: Array, unexplained: Arr
     )  # fmt: skip
 
 
+def _refuse_if_heavy_or_held(log: Run, slow_s: float) -> None:
+    speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
+    if float(np.max(np.abs(speed))) >= 0.4 * FAST_RAD_S:
+        return
+    # A knob that is held or rubs soon reaches its top speed. A heavy one keeps speeding up.
+    since_s = log.time_s[::8] - log.time_s[0] - 2 * slow_s
+    middle, end = np.interp([0.5 * _FAST_S, _FAST_S], since_s, speed)
+    if end > 1.6 * middle > 0 and end > 2 * SLOW_RAD_S:
+        raise Refusal(
+            _FREE, "inertia", f"the knob speeds up slowly and only reaches {end:.0f} "
+            "rad/s: something heavy is on it, or the motor gives far less than "
+            "motor_torque_max_nm", speed_rad_s=float(end),
+        )  # fmt: skip
+    _refuse_slow(log)
+
+
+def _refuse_what_does_not_fit(value: Array, offset_sigma: float, left: float) -> None:
+    inertia, coulomb, _, offset = map(float, value[:4])
+    if abs(offset) > 0.2 * abs(coulomb) + 5.0 * offset_sigma:
+        raise Refusal(
+            _FREE, "pulled", f"a steady torque of {1e3 * offset:+.1f} mN m pulls at the knob: "
+            "take off weights and cables, turn the axis upright", offset_nm=offset,
+        )  # fmt: skip
+    if coulomb <= 0 or inertia <= 0 or left > 0.25 * abs(coulomb) + 1e-3:
+        raise Refusal(
+            _FREE, "unexplained", f"friction and inertia leave {1e3 * left:.1f} mN m "
+            "unexplained: a hand is on the knob, or something is loose", residual_nm=left,
+        )  # fmt: skip
+
+
 def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
     """Estimate friction, cogging and inertia from `spin`, with the same `slow_s`.
 
@@ -240,18 +270,7 @@ def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
     Refusal
         "held", "inertia", "pulled", "unexplained".
     """
-    speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
-    if float(np.max(np.abs(speed))) < 0.4 * FAST_RAD_S:
-        # A knob that is held or rubs soon reaches its top speed. A heavy one keeps speeding up.
-        since_s = log.time_s[::8] - log.time_s[0] - 2 * slow_s
-        middle, end = np.interp([0.5 * _FAST_S, _FAST_S], since_s, speed)
-        if end > 1.6 * middle > 0 and end > 2 * SLOW_RAD_S:
-            raise Refusal(
-                _FREE, "inertia", f"the knob speeds up slowly and only reaches {end:.0f} "
-                "rad/s: something heavy is on it, or the motor gives far less than "
-                "motor_torque_max_nm", speed_rad_s=float(end),
-            )  # fmt: skip
-        _refuse_slow(log)
+    _refuse_if_heavy_or_held(log, slow_s)
     slow = _rows(log.between(0.2, 2 * slow_s), 0.02, 0.5)
     fast = _rows(log.between(2 * slow_s, 1e9), 0.09, 5.0)
     if len(slow.speed) < 20 or len(fast.speed) < 20:
@@ -275,24 +294,14 @@ def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
         plain = linear(_columns(slow, ()), slow.motor_nm)
         amplitude, amplitude_sigma = 0.0, 3.0 * float(np.std(plain.residual))
     left = float(np.sqrt(np.mean(unexplained**2)))
-    coulomb = float(value[1])
-    if abs(value[3]) > 0.2 * abs(coulomb) + 5.0 * fit.sigma(3):
-        raise Refusal(
-            _FREE, "pulled", f"a steady torque of {1e3 * value[3]:+.1f} mN m pulls at the knob: "
-            "take off "
-            "weights and cables, turn the axis upright", offset_nm=float(value[3]),
-        )  # fmt: skip
-    if coulomb <= 0 or value[0] <= 0 or left > 0.25 * abs(coulomb) + 1e-3:
-        raise Refusal(
-            _FREE, "unexplained", f"friction and inertia leave {1e3 * left:.1f} mN m "
-            "unexplained: a hand "
-            "is on the knob, or something is loose", residual_nm=left,
-        )  # fmt: skip
+    _refuse_what_does_not_fit(value, fit.sigma(3), left)
     slow_fitted = slow.motor_nm - unexplained[: len(slow.speed)]
     fast_fitted = fast.motor_nm - unexplained[len(slow.speed) :]
     return Free(
         Quantity("inertia_kg_m2", float(value[0]), fit.sigma(0), "of all that turns"),
-        Quantity("coulomb_nm", coulomb, fit.sigma(1), "dry friction, as the brake leaves it"),
+        Quantity(
+            "coulomb_nm", float(value[1]), fit.sigma(1), "dry friction, as the brake leaves it"
+        ),
         Quantity("viscous_nm_s_per_rad", float(value[2]), fit.sigma(2), "viscous friction"),
         Quantity(
             "cogging_nm", float(amplitude), float(amplitude_sigma),

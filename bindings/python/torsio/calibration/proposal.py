@@ -262,6 +262,23 @@ def _mapped(free: Free, circuit: Circuit | None) -> Cogging:
     return free.cogging.widened(math.hypot(left_out, constant))
 
 
+def _conditions(
+    knob: Knob, board: BoardConfig, ambient_c: float | None, now: datetime.datetime
+) -> dict[str, Any]:
+    info = knob.info
+    return {
+        "serial": info.serial,
+        "board": info.board,
+        "firmware_version": info.firmware_version,
+        "control_rate_hz": info.control_rate_hz,
+        "counts_per_rev": info.counts_per_rev,
+        "brake_torque_constant_nm_per_a": board.brake_torque_constant_nm_per_a,
+        "ambient_c": ambient_c,
+        "current_measured": knob.motor_current().measured,
+        "date": now.isoformat(timespec="seconds"),
+    }
+
+
 def put_together(
     knob: Knob,
     actuator: ActuatorConfig,
@@ -276,7 +293,7 @@ def put_together(
     quantities, brake_curve = found
     values, sigmas = _proposed(actuator, quantities)
     sigmas |= _sigmas_of_knee(quantities)
-    info, board = knob.info, knob.board_config()
+    board = knob.board_config()
     if board.brake_inductance_h > 0.0:
         # The bridge drives the coil as slowly as this says: it would be slower each time.
         values.pop("brake_time_constant_s", None)
@@ -294,7 +311,7 @@ def put_together(
         values_are=before.values_are if brake is None else "measured",
         calibrated_unix_s=int(now.timestamp()),
         ambient_k=0.0 if ambient_c is None else ambient_c + 273.15,
-        calibrated_rate_hz=info.control_rate_hz,
+        calibrated_rate_hz=knob.info.control_rate_hz,
         **(straight | sigmas | ({} if circuit is None else circuit.sigmas())),
     )
     return Calibration(
@@ -310,17 +327,7 @@ def put_together(
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
         brake_curve,
         seconds,
-        {
-            "serial": info.serial,
-            "board": info.board,
-            "firmware_version": info.firmware_version,
-            "control_rate_hz": info.control_rate_hz,
-            "counts_per_rev": info.counts_per_rev,
-            "brake_torque_constant_nm_per_a": board.brake_torque_constant_nm_per_a,
-            "ambient_c": ambient_c,
-            "current_measured": knob.motor_current().measured,
-            "date": now.isoformat(timespec="seconds"),
-        },
+        _conditions(knob, board, ambient_c, now),
         (
             *(circuit.motor.fits if circuit is not None else ()),
             *(*free.fits, *shaft.fits, *(brake.fits if brake is not None else ())),

@@ -320,6 +320,18 @@ def _swing(
     )
 
 
+def _of_sweeps(sweeps: Run, cogging_nm: Callable[[Array], Array]) -> tuple[_Edges, _Curve]:
+    """Give where the knob turned at the slow pulls, and the curve through it."""
+    edges = _edges(sweeps, cogging_nm)
+    if len(edges.angle_rad) < 12:
+        raise Refusal(
+            _STEP, "rigid", f"the shaft twists by {np.ptp(sweeps.angle_rad) * 1e3:.1f} mrad only, "
+            "too little for this encoder: the shaft is locked, the knob is held, or the encoder "
+            "stopped counting",
+        )  # fmt: skip
+    return edges, _curve(edges)
+
+
 def estimate_shaft(
     sweeps: Run, steps: Run, cogging_nm: Callable[[Array], Array], inertia_kg_m2: float
 ) -> Shaft:
@@ -337,15 +349,7 @@ def estimate_shaft(
     Refusal
         "rigid", "unexplained".
     """
-    edges = _edges(sweeps, cogging_nm)
-    if len(edges.angle_rad) < 12:
-        raise Refusal(
-            _STEP, "rigid", f"the shaft twists by {np.ptp(sweeps.angle_rad) * 1e3:.1f} mrad "
-            "only, too little "
-            "for this encoder: the shaft is locked, the knob is held, or the encoder stopped "
-            "counting",
-        )  # fmt: skip
-    curve = _curve(edges)
+    edges, curve = _of_sweeps(sweeps, cogging_nm)
     sides = _with_sides(edges, curve.coulomb)
     loose = _curve(sides)
     backlash, backlash_sigma = loose.backlash
