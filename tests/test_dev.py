@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tools import windows
-from tools.dev import building, cli, commands, groups, packages, running
+from tools.dev import building, cli, commands, groups, running
 
 TREE = Path(__file__).parent.parent
 
@@ -81,13 +81,6 @@ def test_every_test_is_in_a_group_that_runs_at_every_change_or_in_a_slow_one() -
     assert {f"test {name}" for name, group in groups.GROUPS.items() if group.slow} <= slow
 
 
-def test_package_that_apt_has_installed_is_asked_for_no_more() -> None:
-    listing = running.output_of("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\\n")
-    there = {line.split()[0] for line in listing.splitlines() if line.endswith(" installed")}
-    assert there
-    assert there & set(packages.missing(packages.groups())) == set()
-
-
 @pytest.fixture
 def stamps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(groups, "BUILD", tmp_path)
@@ -152,12 +145,6 @@ def test_group_that_leaves_out_tests_of_others_is_refused_beside_them(words: str
 
 def test_path_of_a_slow_group_alone_runs_that_group(stamps: Path) -> None:
     assert groups.plan(["tests/making/test_solids.py"]).groups == ("making",)
-
-
-def test_part_of_a_group_that_passed_says_nothing_of_the_group(stamps: Path) -> None:
-    for words in (["library", "-k", "wall"], ["tests/python"], ["-vx"], ["library", "--lf"]):
-        assert groups.plan(words).run == {}
-    assert list(groups.plan(["library", "--durations=9"]).run) == ["library"]
 
 
 @pytest.mark.parametrize("name", groups.GROUPS)
