@@ -11,7 +11,6 @@ from torsio import protocol
 from torsio.emulator import EmulatedDevice
 
 _REPORTS = {report["name"]: report["id"] for report in protocol.reports()}
-_TICK_NS = 1_000_000
 
 
 class Device(torsio.Transport):
@@ -19,9 +18,9 @@ class Device(torsio.Transport):
 
     time_is_virtual = True
 
-    def __init__(self) -> None:
+    def __init__(self, tick_ns: int = 1_000_000) -> None:
         self.lock = threading.RLock()
-        self.device = EmulatedDevice(plant=torsio.PlantParams(), control_period_ns=_TICK_NS)
+        self.device = EmulatedDevice(plant=torsio.PlantParams(), control_period_ns=tick_ns)
         self.device.advance(5_000_000)
         self.is_closed = False
 

@@ -9,19 +9,16 @@ import numpy as np
 import pytest
 
 import torsio
-from torsio.emulator import EmulatedDevice
+from tests.faults.knobs import Device
 
 TICK_NS = 100_000
 
 
-class Simulated(torsio.Transport):
+class Simulated(Device):
     """The emulated device, one tick at a time, in a time of its own."""
 
-    time_is_virtual = True
-
     def __init__(self) -> None:
-        self.device = EmulatedDevice(plant=torsio.PlantParams(), control_period_ns=TICK_NS)
-        self.device.advance(5_000_000)
+        super().__init__(TICK_NS)
         self.closed = 0
         self.broken: Exception | None = None
         self.cut_to = 64
@@ -31,27 +28,14 @@ class Simulated(torsio.Transport):
 
     def write(self, report: bytes) -> bool:
         assert len(report) == 64
-        return bool(self.device.write(report))
+        return super().write(report)
 
     def read(self, timeout_s: float) -> bytes | None:
         assert 0.0 <= timeout_s <= 0.02
         if self.broken is not None:
             raise self.broken
-        report = self.device.read()
+        report = super().read(timeout_s)
         return None if report is None else bytes(report[: self.cut_to])
-
-    def get_feature(self, report_id: int) -> bytes | None:
-        return self.device.get_feature(report_id)
-
-    def set_feature(self, report: bytes) -> bool:
-        return bool(self.device.set_feature(report))
-
-    def now_ns(self) -> int:
-        return int(self.device.time_ns)
-
-    def advance_to(self, time_ns: int) -> None:
-        if time_ns > self.now_ns():
-            self.device.advance(time_ns - self.now_ns())
 
 
 class Hurrying(Simulated):
@@ -61,26 +45,13 @@ class Hurrying(Simulated):
 
     def __init__(self) -> None:
         super().__init__()
-        self.lock = threading.Lock()
         self.readers: set[int] = set()
-
-    def write(self, report: bytes) -> bool:
-        with self.lock:
-            return super().write(report)
 
     def read(self, timeout_s: float) -> bytes | None:
         self.readers.add(threading.get_ident())
         with self.lock:
             self.device.advance(1_000_000)
             return super().read(timeout_s)
-
-    def get_feature(self, report_id: int) -> bytes | None:
-        with self.lock:
-            return super().get_feature(report_id)
-
-    def set_feature(self, report: bytes) -> bool:
-        with self.lock:
-            return super().set_feature(report)
 
     def now_ns(self) -> int:
         raise AssertionError("real time is not asked for")

@@ -19,10 +19,6 @@ _GET_SIZE = 0x80044801
 _GET_DESCRIPTOR = 0x90044802
 
 
-def attribute(path: Path) -> str:
-    return path.read_text().strip()
-
-
 def report_descriptor(device: Path) -> bytes:
     file = os.open(device, os.O_RDWR)
     try:
@@ -32,47 +28,6 @@ def report_descriptor(device: Path) -> bytes:
     finally:
         os.close(file)
     return bytes(answer[4 : 4 + size])
-
-
-def test_device_is_what_the_board_is(knob: VirtualKnob) -> None:
-    # Full speed is 12 Mbit/s.
-    expected = {"speed": "12", "bNumConfigurations": "1"}
-    expected["idVendor"], expected["idProduct"] = wire.USB_ID.split(":")
-    found = {name: attribute(knob.sysfs / name) for name in expected}
-    assert found == expected
-    assert attribute(knob.sysfs / "serial") == knob.serial
-    # A host puts the maker before the product.
-    assert attribute(knob.sysfs / "manufacturer") == "Torsio"
-    assert attribute(knob.sysfs / "product") == "haptic knob"
-    assert attribute(knob.sysfs / "bMaxPacketSize0") == "64"
-
-
-def test_interface_polls_64_bytes_both_ways_every_millisecond(knob: VirtualKnob) -> None:
-    assert attribute(knob.interface / "bInterfaceClass") == "03"
-    assert attribute(knob.interface / "bInterfaceSubClass") == "00"  # no boot protocol
-    assert (knob.interface / "driver").resolve().name == "usbhid"
-    endpoints = {}
-    for folder in knob.interface.glob("ep_*"):
-        names = ("type", "wMaxPacketSize", "interval")
-        endpoints[attribute(folder / "direction")] = [attribute(folder / name) for name in names]
-    assert endpoints == {"in": ["Interrupt", "0040", "1ms"], "out": ["Interrupt", "0040", "1ms"]}
-
-
-def test_descriptors_have_their_own_lengths(knob: VirtualKnob) -> None:
-    """Walk the raw bytes as the USB specification tells to."""
-    data = (knob.sysfs / "descriptors").read_bytes()
-    assert data[:2] == bytes([18, 1])
-    assert data[18:20] == bytes([9, 2])
-    total = struct.unpack("<H", data[20:22])[0]
-    assert len(data) == 18 + total
-    place, kinds = 0, []
-    while place < len(data):
-        assert data[place] >= 2
-        kinds.append(data[place + 1])
-        place += data[place]
-    assert place == len(data)
-    # device, configuration, interface, HID, two endpoints
-    assert kinds[:6] == [1, 2, 4, 0x21, 5, 5]
 
 
 def test_report_descriptor_is_ours_and_the_kernel_parsed_it(knob: VirtualKnob) -> None:
