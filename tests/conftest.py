@@ -14,7 +14,7 @@ import hypothesis
 import pytest
 
 from tests.vm.guests import GUEST_VARIABLE
-from tools.dev import building, groups
+from tools.dev import building, groups, plans
 
 hypothesis.settings.register_profile("torsio", deadline=None)
 hypothesis.settings.load_profile("torsio")
@@ -124,7 +124,7 @@ def pytest_terminal_summary(
     if exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
         stats = terminalreporter.stats
         bad = [report for outcome in ("failed", "error") for report in stats.get(outcome, [])]
-        groups.remember(RUN, [report.nodeid for report in bad])
+        plans.remember(RUN, [report.nodeid for report in bad])
     lines = [
         f"{outcome} {report.nodeid}"
         for outcome in ("passed", "failed", "error")

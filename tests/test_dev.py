@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tools import windows
-from tools.dev import building, cli, commands, groups, running
+from tools.dev import benches, building, cli, groups, plans, running
 
 TREE = Path(__file__).parent.parent
 
@@ -29,7 +29,7 @@ def named_and_gone(text: str) -> set[str]:
     """Return the commands that a text names and that are not there, with what they are given."""
     named = re.findall(r"\./dev ([a-z]+)(?: ([a-z]+))?", text)
     given = {
-        "bench": commands.benchmarks(),
+        "bench": benches.benchmarks(),
         "build": [*building.PRESETS, "python"],
         "windows": [*windows.LAYERS, "python"],
     }
@@ -83,7 +83,7 @@ def test_every_test_is_in_a_group_that_runs_at_every_change_or_in_a_slow_one() -
 
 @pytest.fixture
 def stamps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(groups, "BUILD", tmp_path)
+    monkeypatch.setattr(plans, "BUILD", tmp_path)
     monkeypatch.setattr(building, "digest", lambda names: f"{len(list(names)):08x}")
     return tmp_path
 
@@ -92,25 +92,25 @@ def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
     stamps: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda _: None)  # a machine without tools
-    first = groups.plan([])
+    first = plans.plan([])
     assert (list(first.groups), first.left_out) == (groups.EVERY_CHANGE, ())
     monkeypatch.undo()  # the build has installed them
-    monkeypatch.setattr(groups, "BUILD", stamps)
+    monkeypatch.setattr(plans, "BUILD", stamps)
     monkeypatch.setattr(building, "digest", lambda names: f"{len(list(names)):08x}")
-    groups.remember(
-        groups.with_tools(first.run),
+    plans.remember(
+        plans.with_tools(first.run),
         ["tests/python/test_knob.py::test_x", "tests/test_checks.py::test_y"],
     )
-    second = groups.plan([])
+    second = plans.plan([])
     assert second.groups == ("checks", "library")
     assert set(second.groups) | set(second.left_out) == set(groups.EVERY_CHANGE)
-    assert list(groups.plan(["all"]).groups) == groups.EVERY_CHANGE
+    assert list(plans.plan(["all"]).groups) == groups.EVERY_CHANGE
     monkeypatch.setattr(
         building,
         "digest",
         lambda names: f"{len(list(names)):08x}{'docs/reference/c.md' in names or ''}",
     )
-    third = groups.plan([])
+    third = plans.plan([])
     assert third.groups == ("checks", "library", "interfaces")
 
 
@@ -132,7 +132,7 @@ def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
 def test_words_behind_test_choose_groups_and_what_is_built(
     stamps: Path, words: str, chosen: str, needs: str
 ) -> None:
-    plan = groups.plan(words.split())
+    plan = plans.plan(words.split())
     assert " ".join(plan.groups) == chosen
     assert " ".join(sorted(plan.needs)) == needs
 
@@ -140,11 +140,11 @@ def test_words_behind_test_choose_groups_and_what_is_built(
 @pytest.mark.parametrize("words", ["all slow", "kernels games"])
 def test_group_that_leaves_out_tests_of_others_is_refused_beside_them(words: str) -> None:
     with pytest.raises(running.UsageError, match="leaves out tests of other groups; run it alone"):
-        groups.plan(words.split())
+        plans.plan(words.split())
 
 
 def test_path_of_a_slow_group_alone_runs_that_group(stamps: Path) -> None:
-    assert groups.plan(["tests/making/test_solids.py"]).groups == ("making",)
+    assert plans.plan(["tests/making/test_solids.py"]).groups == ("making",)
 
 
 @pytest.mark.parametrize("name", groups.GROUPS)
@@ -185,7 +185,7 @@ def _imported(file: Path, known: set[Path]) -> None:
 @pytest.mark.parametrize("name", groups.EVERY_CHANGE)
 def test_group_covers_what_its_tests_import(name: str, stamps: Path) -> None:
     missing: dict[str, list[str]] = {}
-    left_out = groups.plan([name]).arguments
+    left_out = plans.plan([name]).arguments
     for own in groups.GROUPS[name].tests:
         for file in [TREE / own] if own.endswith(".py") else (TREE / own).rglob("test_*.py"):
             known: set[Path] = set()

@@ -281,6 +281,12 @@ def build_python(package: PythonPackage, tinyusb: str) -> None:
 # --- firmware ------------------------------------------------------------------------------------
 
 
+def build_packages(tinyusb: str) -> None:
+    """Build and install all of the project's Python packages."""
+    for package in PACKAGES:
+        build_python(package, tinyusb)
+
+
 def _build_apart(title: str, name: str, source: str, key: str, settings: Sequence[str]) -> Path:
     """Configure and build a project of its own, with another compiler than the rest's."""
     folder = _own(name)

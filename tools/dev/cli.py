@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from tools.dev import building, commands, fresh, running
+from tools.dev import benches, building, commands, fresh, running
 from tools.dev.running import Failed, UsageError
 
 
@@ -80,7 +80,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "hardware": commands.hardware,
     "studio": commands.studio,
     "site": _plain("site", commands.site),
-    "bench": commands.bench,
+    "bench": benches.bench,
     "mutate": commands.mutate,
     "fuzz": commands.fuzz,
     "determinism": commands.determinism,

@@ -10,18 +10,16 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, NoReturn
 
 from tools import usb_ids
-from tools.dev import building, environment, fresh, groups
+from tools.dev import building, environment, fresh, groups, plans
 from tools.dev.environment import PYTHON, VENV
 from tools.dev.running import (
     BUILD,
     TREE,
     Failed,
-    UsageError,
     Word,
     become,
     become_root,
@@ -78,15 +76,10 @@ def build(presets: Sequence[str]) -> int:
         tinyusb = sources.offer()
         for preset in presets:
             if preset == "python":
-                _build_packages(tinyusb)
+                building.build_packages(tinyusb)
             else:
                 building.build_preset(preset, tinyusb)
     return 0
-
-
-def _build_packages(tinyusb: str) -> None:
-    for package in building.PACKAGES:
-        building.build_python(package, tinyusb)
 
 
 # System packages that a step of the build of the tests needs, and those who use what it builds.
@@ -102,8 +95,8 @@ _PACKAGES = {
 
 
 def test(arguments: Sequence[str]) -> int:
-    """Build what the chosen groups of tests need, and hand over to pytest; see ``groups.py``."""
-    plan = groups.plan(arguments)
+    """Build what the chosen groups of tests need, and hand over to pytest; see ``plans.py``."""
+    plan = plans.plan(arguments)
     if plan.left_out:
         say(f"left out, unchanged since they passed: {', '.join(plan.left_out)}")
     if plan.groups:
@@ -112,7 +105,7 @@ def test(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _run_tests(plan: groups.Plan) -> NoReturn:
+def _run_tests(plan: plans.Plan) -> NoReturn:
     say(f"groups of tests: {', '.join(plan.groups)}")
     with lock():
         _build_tests(plan)
@@ -121,7 +114,7 @@ def _run_tests(plan: groups.Plan) -> NoReturn:
     os.environ[groups.BOARDS_VARIABLE] = " ".join(plan.boards)
     os.environ[groups.TURN_VARIABLE] = str(plan.turn)
     # The tools that the build has installed count.
-    digests = {**dict.fromkeys(plan.groups, ""), **groups.with_tools(plan.run)}
+    digests = {**dict.fromkeys(plan.groups, ""), **plans.with_tools(plan.run)}
     os.environ[groups.RUN_VARIABLE] = json.dumps(digests)
     become(
         *without_aslr(
@@ -130,7 +123,7 @@ def _run_tests(plan: groups.Plan) -> NoReturn:
     )
 
 
-def _build_tests(plan: groups.Plan) -> None:
+def _build_tests(plan: plans.Plan) -> None:
     needs = plan.needs
     # Downloads and the page run beside the rest; the page's compiler is Zig.
     sources = building.FirmwareSources()
@@ -257,57 +250,6 @@ def site() -> int:
     become(PYTHON, "-m", "tools.site")
 
 
-def benchmarks() -> dict[str, str]:
-    """Return the benchmarks' modules by their names."""
-    files = [*TREE.glob("tests/bench/bench_*.py"), *TREE.glob("tests/studies/bench_*.py")]
-    names = {file.stem.removeprefix("bench_"): f"tests.{file.parent.name}" for file in files}
-    return {name: f"{names[name]}.bench_{name}" for name in sorted(names)}
-
-
-def bench(arguments: Sequence[str]) -> int:
-    """Run a benchmark, or list them."""
-    if not arguments or not arguments[0]:
-        say("benchmarks, each run with ./dev bench NAME:")
-        print(*(f"  {name}" for name in benchmarks()), sep="\n")
-        return 0
-    return _bench(*arguments)
-
-
-def _bench(name: str, *rest: str) -> NoReturn:
-    if name not in benchmarks():
-        raise UsageError(f"no benchmark '{name}'")
-    # Without a knob to measure these take a virtual one, in a virtual machine.
-    elsewhere = {"usb": "--device", "games": "--here"}
-    with_machines = name in elsewhere and elsewhere[name] not in rest
-    on_boards = name in ("binary", "calibration", "guards", "mcu")
-    groups = ["tests"]
-    groups += ["firmware"] if on_boards else []
-    groups += ["machines"] if with_machines else []
-    groups += ["studio", "browser"] if name == "hour" else []
-    # Only the benchmark's own lines go to standard output, so that they can be piped.
-    with redirect_stdout(sys.stderr), lock():
-        sources = building.FirmwareSources(fetch=name != "hour")
-        kernels = building.begin_fetching_kernels() if with_machines else None
-        environment.set_up(*groups)
-        if on_boards:
-            board = building.begin_npm("tests/board")
-            building.build_firmware(sources.require())
-            if name == "guards":
-                building.build_unguarded(sources.sdk)
-            building.build_emulated()
-            board.result()
-        elif with_machines:
-            sources.require()
-        if name not in ("hour", "mcu"):
-            tinyusb = sources.offer()
-            if not on_boards:
-                building.build_preset("release", tinyusb)
-            _build_packages(tinyusb)
-        if kernels is not None:
-            kernels.result()
-    become(PYTHON, "-m", benchmarks()[name], *rest)
-
-
 def mutate(arguments: Sequence[str]) -> int:
     """Run mutants; see ``tests/mutation/mutate.py``."""
     with lock():
@@ -316,7 +258,7 @@ def mutate(arguments: Sequence[str]) -> int:
         tinyusb = sources.require() and sources.tinyusb
         if any(word.startswith("--random") for word in arguments):
             page = building.begin_studio()
-            _build_packages(tinyusb)
+            building.build_packages(tinyusb)
             page.result()
     become(PYTHON, "-m", "tests.mutation.mutate", "--tinyusb", tinyusb, *arguments)
 
@@ -370,7 +312,7 @@ def faults(arguments: Sequence[str]) -> int:
         environment.set_up("tests")
         sources = building.FirmwareSources()
         building.build_preset("release", sources.tinyusb, "--target", "torsio_c")
-        _build_packages(sources.tinyusb)
+        building.build_packages(sources.tinyusb)
     become(PYTHON, "-m", "tests.faults.faults", *arguments)
 
 

@@ -1,25 +1,17 @@
 """The groups of the tests: what each proves, what must be built for it, and which files it covers.
 
-``./dev test`` runs the groups that have changed since they last passed. A digest of the covered
-files tells; it is kept in ``build/tests``.
+``./dev test`` runs the groups that have changed since they last passed; see ``plans.py``.
 """
 
 from __future__ import annotations
 
-import hashlib
-import itertools
-import re
-import shutil
-import subprocess
-import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import Any
 
 from tools.dev import building
-from tools.dev.running import BUILD, TREE, UsageError, stamp_is, stamped
 from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 # Tells the tests' conftest.py which groups run, and the digests of those that run whole.
@@ -63,26 +55,6 @@ _MAKING_PAGES = (
     *("docs/reference/hardware.md", "docs/reference/reference-knob.md"),
 )
 _PAGES = ("docs", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "NOTICES.md", "LICENSE")
-
-
-def _tools() -> str:
-    """Return the versions of what an upgrade of the system changes."""
-    found = [sys.version]
-    for program in ("c++", "arm-none-eabi-g++", "node", "qemu-system-x86_64"):
-        if shutil.which(program):
-            found.append(
-                subprocess.run([program, "--version"], capture_output=True).stdout.decode()
-            )
-    return "\n".join(found)
-
-
-def with_tools(digests: Mapping[str, str]) -> dict[str, str]:
-    """Return digests that an upgrade of the system's tools changes too."""
-    tools = _tools()
-    return {
-        name: hashlib.sha256((digest + tools).encode()).hexdigest()
-        for name, digest in digests.items()
-    }
 
 
 @dataclass(frozen=True)
@@ -152,8 +124,8 @@ _COVERED_BY_KERNELS = (
     *("tests/determinism", "tests/bench", "tests/endurance", "tests/cpp"),
 )
 # Tests that run the boards' binaries and current loops for minutes.
-_FIGURES = ("tests/studies/test_binary.py", "tests/studies/test_bench_stiffness.py")
-_FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
+FIGURES = ("tests/studies/test_binary.py", "tests/studies/test_bench_stiffness.py")
+FIREFOX = "tests/studio/test_firefox.py"  # to start a second browser takes as long as all others
 _BOARD_NEEDS = ("firmware", "python")
 _EVERY_BOARD = {BOARDS_VARIABLE: " ".join(building.BOARDS)}
 
@@ -278,7 +250,7 @@ GROUPS = {
     ),
     "figures": Group(
         "binaries beside the emulated device; how stiff their current loops can be",
-        _FIGURES,
+        FIGURES,
         ("release", *_BOARD_NEEDS, "studies"),
         (*_COVERED_BY_BOARDS, *_BOARD_PAGES, "studies", "tests/studies", "tests/board"),
         _EVERY_BOARD,
@@ -328,7 +300,7 @@ GROUPS = {
     ),
     "games": Group(
         "a Windows game under Wine, Debian's newest kernels, Firefox",
-        ("tests/vm", _FIREFOX),
+        ("tests/vm", FIREFOX),
         ("release", "asan-ubsan", "python", "kernels", "page", "windows games"),
         _COVERED_BY_KERNELS,
         {EVERY_KERNEL_VARIABLE: "1", GAMES_VARIABLE: "1"},
@@ -345,57 +317,6 @@ def table() -> str:
         for name, group in GROUPS.items()
     ]
     return "\n".join(["| group | proves | builds |", "|---|---|---|", *rows]) + "\n"
-
-
-# Groups for pytest's own words where no group or path is named. They need the least.
-QUICK = ("library", "cpp")
-# Words of pytest's that leave out no test.
-_HARMLESS = re.compile(r"--(junitxml|durations|tb|color)(=.*)?|-v+|-q+|-s|-r\w+")
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The tests that a call of ``./dev test`` runs.
-
-    Attributes
-    ----------
-    groups
-        Names.
-    arguments
-        For pytest.
-    left_out
-        Names of groups that have not changed since they passed.
-    run
-        Digest of each group that runs whole.
-    turn
-        Chooses the board and the kernel of a change.
-    """
-
-    groups: tuple[str, ...]
-    arguments: tuple[str, ...]
-    left_out: tuple[str, ...] = ()
-    run: Mapping[str, str] = field(default_factory=dict)
-    turn: int = field(default_factory=lambda: int(GROUPS["board"].digest()[:8], 16))
-
-    @property
-    def needs(self) -> set[str]:
-        """Steps of the build."""
-        return {need for name in self.groups for need in GROUPS[name].needs}
-
-    @property
-    def boards(self) -> tuple[str, ...]:
-        """Boards whose firmware runs: one whose turn it is, if not all."""
-        named = self.variables.get(BOARDS_VARIABLE, "").split()
-        return tuple(named) or (building.BOARDS[self.turn % len(building.BOARDS)],)
-
-    @property
-    def variables(self) -> dict[str, str]:
-        """For the environment of the tests."""
-        found: dict[str, list[str]] = {}
-        for name in self.groups:
-            for key, value in GROUPS[name].variables.items():
-                found.setdefault(key, []).append(value)
-        return {key: " ".join(values) for key, values in found.items()}
 
 
 def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]:
@@ -438,79 +359,3 @@ def not_covered(test: str, files: Iterable[str], chosen: Iterable[str] = ()) -> 
         if not _MADE & set(path.parts)
         and not all(any(path.is_relative_to(own) for own in group.all) for group in found)
     ]
-
-
-def _stamp(name: str) -> Path:
-    return BUILD / "tests" / f"{name}.passed"
-
-
-def remember(run: Mapping[str, str], failed: Iterable[str]) -> None:
-    """Note the digests, tools included, of groups that ran whole and passed.
-
-    Others have none. `failed` has node ids.
-    """
-    failed = list(failed)
-    for name, digest in run.items():
-        if digest and not any(GROUPS[name].has(test) for test in failed):
-            with stamped(_stamp(name), digest):
-                pass
-
-
-def _paths(words: Sequence[str]) -> list[str]:
-    """Return the paths of tests among pytest's words."""
-    values = [word for option, word in itertools.pairwise(words) if option in ("-k", "-m")]
-    found = [word for word in words if not word.startswith("-") and word not in values]
-    return [path for path in found if (TREE / path.partition("::")[0]).exists()]
-
-
-def _of_path(path: str) -> list[str]:
-    """Return the groups that run a path: the one that names its very file, or those around it."""
-    file = path.partition("::")[0].rstrip("/")
-    exact = [name for name, group in GROUPS.items() if file in group.tests]
-    around = [
-        name
-        for name in EVERY_CHANGE
-        if GROUPS[name].has(path)
-        or any(PurePosixPath(own).is_relative_to(file) for own in GROUPS[name].tests)
-    ]
-    slow = [name for name, group in GROUPS.items() if group.has(path)]
-    return exact[:1] or around or slow[:1]
-
-
-def _tests(names: Sequence[str]) -> list[str]:
-    """Return the paths of groups, with words that leave out what slow groups have below them."""
-    paths = list(dict.fromkeys(path for name in names for path in GROUPS[name].tests))
-    below = [
-        file
-        for file in (*_FIGURES, _FIREFOX)
-        if file not in paths and any(file.startswith(f"{path}/") for path in paths)
-    ]
-    return [*paths, *(f"--ignore={file}" for file in below)]
-
-
-def plan(words: Sequence[str]) -> Plan:
-    """Choose groups by the words behind ``./dev test``: names of groups, then pytest's own."""
-    names: list[str] = []
-    rest = list(words)
-    while rest and rest[0] in (*GROUPS, "all"):
-        word = rest.pop(0)
-        names += EVERY_CHANGE if word == "all" else [word]
-    alone = [name for name in dict.fromkeys(names) if name in ("slow", "games")]
-    if alone and len(set(names)) > 1:
-        raise UsageError(f"'{alone[0]}' leaves out tests of other groups; run it alone")
-    paths = _paths(rest)
-    if paths:
-        found = [name for path in paths for name in _of_path(path)]
-        return Plan(tuple(dict.fromkeys([*names, *found])), (*_tests(names), *rest))
-    whole = all(_HARMLESS.fullmatch(word) for word in rest)
-    if not names and any(word.startswith(("-k", "-m")) for word in rest):
-        return Plan(QUICK, (*_tests(QUICK), *rest))
-    digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
-    left_out = [
-        name
-        for name, digest in with_tools(digests).items()
-        if not names and stamp_is(_stamp(name), digest)
-    ]
-    chosen = [name for name in digests if name not in left_out]
-    run = {name: digests[name] for name in chosen} if whole else {}
-    return Plan(tuple(chosen), (*_tests(chosen), *rest), tuple(left_out), run)
