@@ -34,9 +34,18 @@ int write_file(const fs::path& path, const fs::path& like, const device::StoredS
 }  // namespace
 
 Storage::Storage(const std::string& path) : path_(path) {
+  std::error_code unknown;  // opening tells it
+  if (const fs::file_status there = fs::status(path_, unknown);
+      fs::exists(there) && !fs::is_regular_file(there)) {
+    throw BadOption("--storage " + path + " is no file");
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    if (errno == ENOENT) return;  // a new one
+    if (errno == ENOENT) {  // a new one
+      const fs::path folder = fs::absolute(path_).parent_path();
+      if (fs::is_directory(folder, unknown)) return;
+      throw BadOption("--storage " + path + ": there is no folder " + folder.string());
+    }
     throw BadOption("--storage " + path + ": cannot be read: " + std::strerror(errno));
   }
   path_ = fs::canonical(path);  // a link stays, and what it leads to is replaced

@@ -1,6 +1,7 @@
 // The parts of torsio_virtual_knob: its clock, its hands, its options and its log.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -239,6 +240,18 @@ TEST_CASE("storage that is there and cannot be read is told, and is no new one")
   CHECK_THROWS_WITH_AS(
       Storage{path},
       ("--storage " + path + ": cannot be read: Too many levels of symbolic links").c_str(),
+      BadOption);
+}
+
+TEST_CASE("storage that no file can take the place of is refused before the program starts") {
+  const torsio::test::TemporaryDirectory folder;
+  const std::string path = folder.path() + "/pipe";
+  REQUIRE(mkfifo(path.c_str(), 0600) == 0);
+  CHECK_THROWS_WITH_AS(Storage{path}, ("--storage " + path + " is no file").c_str(), BadOption);
+  const std::string nowhere = folder.path() + "/nowhere/x";
+  CHECK_THROWS_WITH_AS(
+      Storage{nowhere},
+      ("--storage " + nowhere + ": there is no folder " + folder.path() + "/nowhere").c_str(),
       BadOption);
 }
 
