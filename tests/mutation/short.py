@@ -148,7 +148,7 @@ def build(log: Path) -> Path:
 
 
 def chosen(mutants: Sequence[Mutant]) -> list[Mutant]:
-    """Return the mutants of a test run: the device's own, those of one file or two by turns."""
+    """Return the mutants of a test run: of one or two of the device's files, by turns."""
     compiled = [
         mutant
         for mutant in mutants

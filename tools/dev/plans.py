@@ -1,4 +1,4 @@
-"""Which tests a call of ``./dev test`` runs, and which groups have passed.
+"""Chooses the tests that a call of ``./dev test`` runs, and notes which groups have passed.
 
 A digest of a group's files tells whether it has changed; it is kept in ``build/tests``.
 """
