@@ -29,7 +29,10 @@ template <class Report>
 
 template <class Report>
 void require_valid(const Report& report) {
-  const protocol::Verdict verdict = protocol::check(report);
+  protocol::Verdict verdict = protocol::check(report);
+  if constexpr (requires { device::check_consistent(report); }) {
+    if (verdict.ok()) verdict = device::check_consistent(report);
+  }
   if (!verdict.ok()) refuse<Report>(verdict);
 }
 
@@ -37,10 +40,6 @@ device::LoopConfig loop_config(const ClosedLoopOptions& options) {
   require_valid(options.actuator);
   require_valid(options.control);
   require_valid(options.shaft);
-  const protocol::Verdict verdict = device::check_consistent(options.actuator);
-  if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
-  const protocol::Verdict bent = device::check_consistent(options.shaft);
-  if (!bent.ok()) refuse<protocol::ShaftConfig>(bent);
   device::Config config;
   config.actuator = options.actuator;
   config.control = options.control;

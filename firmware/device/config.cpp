@@ -129,6 +129,7 @@ protocol::Verdict check_consistent(const ActuatorConfig& config) {
   return {};
 }
 
+/// The torque of the shaft's spring grows all the way.
 protocol::Verdict check_consistent(const ShaftConfig& config) {
   constexpr std::array kKneeFields{protocol::field_index<ShaftConfig>("knee_1_rad"),
                                    protocol::field_index<ShaftConfig>("knee_2_rad"),

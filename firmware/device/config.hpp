@@ -8,6 +8,7 @@
 
 #include "core/controller.hpp"
 #include "device/actuator_limits.hpp"
+#include "device/config_rules.hpp"
 #include "device/index_watch.hpp"
 #include "device/wiring.hpp"
 #include "protocol/configurations.hpp"
@@ -42,15 +43,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
 /// The most that the motor gives: its ability, and at most its cap.
 float motor_max_nm(const Config& config);
 
-/// Checks what no single field's range can say.
-protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
-
 /// The encoder's index has a pin for itself.
 protocol::Verdict check_index_pin(const protocol::ActuatorConfig& actuator,
                                   const protocol::BoardConfig& board, WiringRule rule);
-
-/// The torque of the shaft's spring grows all the way.
-protocol::Verdict check_consistent(const protocol::ShaftConfig& config);
 
 /// Each pin can do its job on this board.
 protocol::Verdict check_consistent(const protocol::BoardConfig& config, std::uint8_t index_pin,

@@ -8,7 +8,6 @@
 namespace torsio::conversion {
 
 /// @throws InvalidArgument that names the field, its value and its range, as all functions below
-protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
 /// @param rule  what the board finds wrong with its wiring; nullptr: the device alone knows
 /// @param board whose pins the encoder's index must leave alone
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config, device::WiringRule rule,
@@ -17,7 +16,6 @@ protocol::ActuatorConfig to_wire(const ActuatorConfig& config, device::WiringRul
 /// @param index_pin of the actuator's encoder
 protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule = nullptr,
                               std::uint8_t index_pin = 0);
-protocol::ShaftConfig to_wire(const ShaftConfig& config);
 /// One without such rules.
 template <class Config>
 WireType<Config>::type to_wire(const Config& config) {

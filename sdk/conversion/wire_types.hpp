@@ -138,4 +138,12 @@ Number in_si(Number counted, [[maybe_unused]] const protocol::Identity& device) 
   return counted;
 }
 
+namespace conversion {
+
+/// @throws InvalidArgument that names a field which does not go with the others
+protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
+protocol::ShaftConfig to_wire(const ShaftConfig& config);
+
+}  // namespace conversion
+
 }  // namespace torsio

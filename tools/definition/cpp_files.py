@@ -213,7 +213,14 @@ def sdk_wire_types() -> str:
         "/// `type` is the report's structure for a user's structure.\ntemplate <class Host>\nstruct WireType;\n\n"
         + body
         + "\n"
-        + cpp.report_units(REPORT_UNITS),
+        + cpp.report_units(REPORT_UNITS)
+        + "\nnamespace conversion {\n\n"
+        + "/// @throws InvalidArgument that names a field which does not go with the others\n"
+        + "".join(
+            f"protocol::{of.name} to_wire(const {of.name}& config);\n"
+            for of in configurations.WITH_RULES
+        )
+        + "\n}  // namespace conversion\n",
     )  # fmt: skip
 
 

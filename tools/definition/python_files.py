@@ -139,10 +139,12 @@ def python_hands() -> str:
 
 def python_emulator_options() -> str:
     """Write the module with an emulated knob's options and inputs."""
+    known = {of.name for of in configurations.CONFIGURATIONS}
+    configured = known & {f.of.name for f in plant.EMULATOR_OPTIONS.fields if f.of}
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
         "from typing import Literal\n\nfrom torsio.common import checks\n"
-        "from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig\n"
+        f"from torsio.printed.config import {', '.join(sorted(configured))}\n"
         "from torsio.printed.hands import Hand, NoHand\nfrom torsio.printed.plant import PlantParams\n\n{all}\n"
     )
     body += f'\nEMULATED_SERIAL = "{plant.EMULATED_SERIAL}"\n'

@@ -111,6 +111,20 @@ def wire_configurations() -> str:
     )
 
 
+def device_config_rules() -> str:
+    """Write firmware/device/config_rules.hpp."""
+    return cpp.header(
+        "Rules across the fields of a configuration: what no single field's range can say.",
+        LISTS,
+        ("protocol/configuration.hpp", "protocol/status.hpp"),
+        "torsio::device",
+        "".join(
+            f"protocol::Verdict check_consistent(const protocol::{of.name}& config);\n"
+            for of in configurations.WITH_RULES
+        ),
+    )
+
+
 def wire_reports() -> str:
     """Write firmware/protocol/reports.hpp."""
     listed: list[Structure] = [
@@ -170,4 +184,5 @@ FILES = {
     "firmware/protocol/configuration.hpp": wire_configuration,
     "firmware/protocol/configurations.hpp": wire_configurations,
     "firmware/protocol/reports.hpp": wire_reports,
+    "firmware/device/config_rules.hpp": device_config_rules,
 }

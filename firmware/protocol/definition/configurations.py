@@ -360,3 +360,5 @@ CALIBRATION_CONFIG = _configuration(
 CONFIGURATIONS = (
     ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG, SHAFT_CONFIG, CALIBRATION_CONFIG,
 )  # fmt: skip
+# Their fields must go together, as firmware/device/config.cpp and sdk/conversion/configuration.cpp say.
+WITH_RULES = (ACTUATOR_CONFIG, SHAFT_CONFIG)
