@@ -233,7 +233,7 @@ class Hunt:
         """Give the C++ test that kills a choice, or nothing."""
         change = self.changes[number - 1]
         mutant = Mutant(number, change.file, change.before, change.after, str(change))
-        return self.campaign.attack(self.runner, mutant)[1] if number in self.inside else ""
+        return self.campaign.attack(self.runner, mutant)[1]
 
     def judge(self, number: int) -> tuple[str, str]:
         """Give what became of a change, and by what."""
@@ -241,7 +241,8 @@ class Hunt:
         if is_cpp(change):
             if number not in self.inside:
                 return "unbuilt", ""
-            if red := self._red(self._reaching(number), number):
+            # C++ tests take the least.
+            if red := self.killer(number) or self._red(self._reaching(number), number):
                 return "dead", red
             by_python = any(number in one.reached for one in self.tests)
             by_cpp = any(number in one.reached for one in self.campaign.reach.values())
@@ -382,14 +383,10 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
         with RESULTS.open("a", encoding="utf-8") as file:
             file.write(json.dumps({**one, "seed": seed}) + "\n")
 
-    # C++ tests take the least. The rest goes in the order of the draw: ended early, it is a sample.
-    left = [number for number, change in enumerate(changes, 1) if change.key not in known]
-    for number in list(left):
-        if killer := hunt.killer(number):
-            note(number, "dead", killer)
-            left.remove(number)
-    for number in left:
-        note(number, *hunt.judge(number))
+    # In the order of the draw: what is done when it is ended early is a sample too.
+    for number, change in enumerate(changes, 1):
+        if change.key not in known:
+            note(number, *hunt.judge(number))
 
 
 def main(arguments: Sequence[str]) -> int:
