@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from typing import Any
-
 import pytest
 
-import torsio
 from tests.faults import cables, calls, faults
 from tests.faults.lines import RAISED
 
@@ -55,26 +51,7 @@ def test_allocation_that_fails_once_ends_the_example_in_c_with_a_sentence() -> N
     assert any("no wall" in where or "torsio_" in where for *_, where in outcomes)
 
 
-def test_line_that_leaves_something_armed_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(calls.CALLS, "close", lambda _: None)
-    assert calls.trial("close", None, KeyboardInterrupt, paced=False, recorded=False)[0] == "armed"
-
-
 def test_update_that_ends_early_is_told() -> None:
     for at in range(0, 57, 19):
         wrong, injection = calls.interrupt_update(at, KeyboardInterrupt)
         assert (wrong, injection.where is None) == ("", False)
-
-
-def test_update_that_copies_nothing_and_tells_nobody_is_found(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    update = torsio.update_firmware
-
-    def silent(*arguments: Any, **options: Any) -> None:
-        with suppress(MemoryError):
-            update(*arguments, **options)
-
-    monkeypatch.setattr(torsio, "update_firmware", silent)
-    wrong, _ = calls.interrupt_update(0, MemoryError)
-    assert wrong == "not whole, and nobody told"

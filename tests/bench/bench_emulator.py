@@ -3,8 +3,7 @@
 The whole device in closed loop at 1 and 10 kHz with a wall, a hand and telemetry; plant and law
 alone in a loop, where each waits for the other; its parts alone, fed with what they were fed there,
 for which nothing waits; and the plant with and without the parts that a scene may name.
-The numbers are the least of several repeats, in turns. Lines `first_run` tell what a plant's first
-visit to a wall takes longer than its next, because it meets each regime for the first time.
+The numbers are the least of several repeats, in turns.
 """
 
 from __future__ import annotations
@@ -12,17 +11,8 @@ from __future__ import annotations
 import argparse
 import json
 import subprocess
-import time
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-
-from torsio.closed_loop import LoopOptions, simulate
-from torsio.demos import wall
-from torsio.emulator import Plant
-from torsio.printed.plant import Belt, Cogging, PlantParams
-from torsio.printed.scenes import Wall
 
 TREE = Path(__file__).parents[2]
 GOAL_REALTIME_FACTOR = 2000  # the whole device at 10 kHz
@@ -88,33 +78,6 @@ def summarise(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return lines
 
 
-FIRST_RUNS = {
-    "without_spring_and_brake": PlantParams(spring_and_brake=False),
-    "basis": PlantParams(),
-    "belt": PlantParams(belt=Belt()),
-    "cogging": PlantParams(cogging=Cogging.sine(periods_per_rev=12, amplitude_nm=2e-3)),
-}
-
-
-def first_run_ms(params: PlantParams, repeats: int) -> float:
-    """Play the commands of a visit to a wall twice; how much longer the first time took."""
-    scene = Wall(angle_rad=wall.WALL_ANGLE_RAD, stiffness_nm_per_rad=wall.WALL_STIFFNESS_NM_PER_RAD)
-    rows = simulate(LoopOptions(scene=scene, hand=wall.hand()), duration_s=2.4)
-    commands = [rows[name].astype(np.float64) for name in ("motor_command_nm", "brake_command_nm")]
-    times_s: list[tuple[float, float]] = []
-    for _ in range(repeats):
-        plant = Plant(params, wall.hand())
-        begin_s = time.thread_time()
-        plant.drive(*commands)
-        first_s = time.thread_time()
-        plant.restart()
-        again_s = time.thread_time()
-        plant.drive(*commands)
-        times_s.append((first_s - begin_s, time.thread_time() - again_s))
-    first, again = (min(column) for column in zip(*times_s, strict=True))
-    return float(1e3 * (first - again))
-
-
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -125,10 +88,6 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     for line in summarise(measure(arguments.program, arguments.seconds, arguments.repeats)):
-        print(json.dumps(line))
-    for name, params in FIRST_RUNS.items():
-        cost_ms = round(first_run_ms(params, arguments.repeats), 3)
-        line = {"benchmark": "emulator", "what": "first_run", "parts": name, "ms": cost_ms}
         print(json.dumps(line))
 
 
