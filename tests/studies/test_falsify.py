@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from torsio.closed_loop import ClosedLoop
 from torsio_studies.common import StudyError
 from torsio_studies.execution import execute
 from torsio_studies.falsify.cases import HANDS, SCENES, SPACE, batches, options_of, values_of
-from torsio_studies.falsify.search import measure, search
+from torsio_studies.falsify.search import LASTING_RAD, measure, search
 
 
 def test_cases_have_every_scene_in_every_hand_and_depend_on_their_number_only() -> None:
@@ -29,6 +30,17 @@ def test_corners_of_the_space_can_all_be_simulated() -> None:
         for batch in batches(28, 32, "calibrated"):
             options = options_of(batch.designs[0], value)
             assert measure([options], after_s=0.6)[0].swing_rad >= 0.0
+
+
+def test_knob_that_is_not_watched_to_the_end_stays_where_it_is() -> None:
+    random = np.random.default_rng(0)
+    for batch in batches(28, 32, "calibrated"):
+        options = options_of(batch.designs[0], values_of(random.uniform(size=len(SPACE))))
+        found = measure([options])[0]
+        loop = ClosedLoop(options)
+        loop.run(duration_s=1.8, record_every=1000)
+        moved = np.ptp(loop.run(duration_s=0.2)["angle_rad"])
+        assert found.swing_rad == pytest.approx(moved, abs=1e-2 * LASTING_RAD)
 
 
 def test_search_finds_that_a_law_without_a_bound_buzzes() -> None:

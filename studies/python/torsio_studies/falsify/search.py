@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from typing import Final
 
 import cma
@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 from torsio.closed_loop import ClosedLoop, LoopOptions
 from torsio.perception import VIBRATION_NM, vibration_nm
+from torsio.printed.hands import ImpedanceHand, Profile, TorqueHand
+from torsio.telemetry import Record
 from torsio_studies.falsify.cases import SPACE, Batch, Case, options_of, values_of
 
 __all__ = ["LASTING_RAD", "LOUD_NM", "Motion", "breaks", "evaluate_batch", "measure"]
@@ -25,9 +27,11 @@ REST_COUNTS: Final = 3
 LOUD_NM: Final = VIBRATION_NM
 """Root mean square of the motor's torque at rest, above 20 Hz."""
 _RATE_HZ: Final = 2500  # at which a window is looked at
-_WINDOW_S: Final = 0.2
+_LOOK_S, _WINDOW_S = 0.1, 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
 _RESTING_RAD, _RESTING_SHARE = 1e-6, 1e-2  # a knob that moves and sounds by less stays at rest
+_NEARLY_NM: Final = 1e-5
+_CONSTANT: Final = ("angle_rad", "brake_angle_rad", "motor_command_nm", "brake_command_nm")
 _SLOW: Final = 1e-2
 _POPULATION: Final = 16
 
@@ -57,31 +61,75 @@ class Motion:
 def measure(options: Sequence[LoopOptions], after_s: float = _FIRST_S) -> list[Motion]:
     """Run each loop alone, and measure its motion from `after_s` on.
 
-    A knob that rests at a third of that is not watched longer.
+    A knob that rests is not watched longer.
     """
     return [_measure(one, after_s) for one in options]
 
 
 def _measure(options: LoopOptions, after_s: float) -> Motion:
     loop = ClosedLoop(options)
-    early = _watch(loop, after_s / 3.0)
-    if early.swing_rad < _RESTING_RAD and early.loud_nm < _RESTING_SHARE * LOUD_NM:
-        return early
-    late = _watch(loop, after_s * 2.0 / 3.0 - _WINDOW_S)
-    return replace(late, before_rad=early.swing_rad)
-
-
-def _watch(loop: ClosedLoop, after_s: float) -> Motion:
-    rate_hz = round(1e9 / loop.options.control_period_ns)
-    loop.run(duration_s=after_s, record_every=rate_hz)
-    rows = loop.run(duration_s=_WINDOW_S, record_every=rate_hz // _RATE_HZ)
+    rate_hz = round(1e9 / options.control_period_ns)
+    early_s, hand_s = after_s / 3.0, _hand_ends_s(options)
+    now_s = min(hand_s, early_s)
+    loop.run(duration_s=now_s, record_every=rate_hz)
+    before_rad = None
+    while now_s < after_s - 0.5 * _LOOK_S:
+        rows = loop.run(duration_s=_LOOK_S, record_every=rate_hz // _RATE_HZ)
+        is_late = now_s > early_s - 0.5 * _LOOK_S
+        if is_late and before_rad is None:
+            before_rad = float(np.ptp(rows["angle_rad"]))
+        if now_s >= hand_s and (_is_held(options, rows) or (is_late and _creeps(rows))):
+            break
+        now_s += _LOOK_S
+    else:
+        rows = loop.run(duration_s=_WINDOW_S, record_every=rate_hz // _RATE_HZ)
     angle, torque = rows["angle_rad"], rows["motor_torque_nm"]
     return Motion(
-        swing_rad=(swing_rad := float(np.ptp(angle))),
-        work_w=float(np.sum(torque[:-1] * np.diff(angle))) / _WINDOW_S,
+        swing_rad=float(np.ptp(angle)),
+        work_w=float(np.sum(torque[:-1] * np.diff(angle))) * _RATE_HZ / len(rows),
         loud_nm=float(vibration_nm(torque[:, None], _RATE_HZ)[0]),
-        before_rad=swing_rad,
+        before_rad=before_rad or 0.0,
     )
+
+
+def _hand_ends_s(options: LoopOptions) -> float:
+    """Say from when on a hand does not change."""
+    hand = options.hand
+    path: Profile = 0.0
+    if isinstance(hand, TorqueHand):
+        path = hand.torque_nm
+    elif isinstance(hand, ImpedanceHand):
+        path = hand.intended_angle_rad
+    return max(knot[0] for knot in path) if isinstance(path, Iterable) else 0.0
+
+
+def _is_held(options: LoopOptions, rows: Record) -> bool:
+    """Say whether friction holds knob and brake for ever: nothing changes, nor will the brake fall.
+
+    The law's inputs are then constant, and so is the torque that it asks for. A brake ends within
+    half its loop of what it is told, so one that holds no more than that keeps what it holds.
+    """
+    if any(np.any(rows[name] != rows[name][0]) for name in _CONSTANT):
+        return False
+    told_nm = float(rows["brake_command_nm"][-1]) + _NEARLY_NM
+    plant, actuator = options.plant, options.actuator or options.plant.matching_config()
+    half_nm = plant.brake_hysteresis.half_width_nm if plant.brake_hysteresis else 0.0
+    true_nm = rows["brake_capacity_nm"][-1] - plant.brake_drag_nm
+    sensed_nm = rows["sensed_brake_capacity_nm"][-1]
+    return bool(
+        true_nm <= told_nm + half_nm and sensed_nm <= told_nm + actuator.brake_hysteresis_nm
+    )
+
+
+def _creeps(rows: Record) -> bool:
+    """Say whether a knob neither moves nor is made to, though the brake may still slip a little.
+
+    The current of real electrics is never still: only the law's torque counts.
+    """
+    if np.ptp(rows["angle_rad"]) >= _RESTING_RAD:
+        return False
+    asked_nm = rows["motor_command_nm"][:, None].astype(float)
+    return bool(vibration_nm(asked_nm, _RATE_HZ)[0] < _RESTING_SHARE * LOUD_NM)
 
 
 def swings(case: Case, motion: Motion) -> bool:
