@@ -267,6 +267,15 @@ def test_exits_are_as_good_at_other_places_within_a_count(results: dict[str, Any
     assert 1.2e-3 < worst[1.0]["torque_gap_nm"] < 4.5e-3
 
 
+def test_wrong_belief_costs_what_no_law_can_know(results: dict[str, Any]) -> None:
+    wrong = {row["belief"]: row for row in results["aims"]["wrong_beliefs"]}
+    # A fifth of the half that the spring carries is a tenth of the peak; it grows along the way.
+    assert 0.05 < wrong["spring_stiffness_nm_per_rad"]["tracking_out"] < 0.1
+    for belief in ("brake_time_constant_s", "brake_inertia_kg_m2", "brake_drag_nm"):
+        assert 0.6e-2 < wrong[belief]["tracking_out"] < 3e-2
+    assert wrong["knob_coulomb_nm"]["tracking_out"] < 0.6e-2
+
+
 def test_study_sets_the_papers_statements_beside_what_came_out(
     results: dict[str, Any], folder: Path
 ) -> None:

@@ -29,6 +29,13 @@ TURN_RAD_S = 1.0
 PLACES = 16  # within a count
 EXITS_RAD_S = (0.1, 0.25, 0.6, 1.0)
 DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
+WRONG_SHARES: Final = (0.8, 1.2)
+WRONG_EXIT_RAD_S: Final = 0.25
+WRONG_BELIEFS: Final = (
+    *("spring_stiffness_nm_per_rad", "brake_time_constant_s", "brake_inertia_kg_m2"),
+    *("brake_drag_nm", "knob_coulomb_nm"),
+)
+"""The others change nothing in a slow push."""
 # A device's beliefs before its calibration, over the truth.
 BELIEVED = 1.3
 BELIEVED_WRONG = (
@@ -181,8 +188,18 @@ def _coarse(variant: Variant) -> Results:
     }
 
 
-def worst(variant: Variant, exit_rad_s: float, places: int) -> Results:
-    """Give the worst of visits that begin at different places within a count."""
+def _with_wrong(options: LoopOptions, name: str, factor: float) -> LoopOptions:
+    told = options.actuator or options.plant.matching_config()
+    return replace(options, actuator=replace(told, **{name: factor * getattr(told, name)}))
+
+
+def worst(
+    variant: Variant, exit_rad_s: float, places: int, wrong: dict[str, float] | None = None
+) -> Results:
+    """Give the worst of visits that begin at different places within a count.
+
+    `wrong` are factors on what the device is told.
+    """
     stiffness, plant = runs.per_degree(WALL), _plant(variant)
     give_rad = (runs.PEAK_NM + plant.knob_coulomb_nm) / runs.HAND_NM_PER_RAD
     pull_s = (runs.WALL_RAD + runs.PEAK_NM / stiffness + give_rad) / exit_rad_s
@@ -199,6 +216,8 @@ def worst(variant: Variant, exit_rad_s: float, places: int) -> Results:
         )
         for place in range(places)
     ]
+    for name, factor in (wrong or {}).items():
+        visits = [_with_wrong(visit, name, factor) for visit in visits]
     duration_s = runs.PUSH_DURATION_S - runs.PULL_S + pull_s
     rows = simulate_many(visits, duration_s=duration_s)
     pushes = [runs.measure_push(one, stiffness) for one in rows]
@@ -208,6 +227,13 @@ def worst(variant: Variant, exit_rad_s: float, places: int) -> Results:
         "tracking_out": max(push.tracking_rms_out for push in pushes),
         "torque_gap_nm": max(push.torque_gap_nm for push in pushes),
     }
+
+
+def _wrong_belief(variant: Variant, belief: str, places: int) -> Results:
+    """Give the worst with a single belief a fifth too small or too large."""
+    both = [worst(variant, WRONG_EXIT_RAD_S, places, {belief: share}) for share in WRONG_SHARES]
+    names = "tracking_out", "torque_gap_nm"
+    return {"belief": belief, **{name: max(one[name] for one in both) for name in names}}
 
 
 def run(study: Study) -> Results:
@@ -243,6 +269,7 @@ def run(study: Study) -> Results:
         "counts_per_rev": COUNTS,
         "at_8192_counts": [_coarse(variant) for variant in VARIANTS if variant.law == "calibrated"],
         "worst": [worst(known, speed, places) for speed in EXITS_RAD_S],
+        "wrong_beliefs": [_wrong_belief(known, belief, places) for belief in WRONG_BELIEFS],
         "count_step_jnds": perception.torque_jnds(step),
     }
 
