@@ -40,8 +40,7 @@ protocol::Identity identify(Transport& transport) {
         "): install firmware and library of the same release, update the older of the two");
   }
   protocol::Identity identity;
-  if (!protocol::decode(bytes, identity).ok() || identity.control_period_ns == 0 ||
-      identity.counts_per_rev == 0) {
+  if (!protocol::decode(bytes, identity).ok()) {
     throw Error("the device's identity is damaged; unplug it and plug it in again");
   }
   return identity;
