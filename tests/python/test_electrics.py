@@ -207,6 +207,16 @@ def test_held_current_warms_winding_and_rotor_as_their_resistances_have_it() -> 
         assert state.supply_v == VOLT
 
 
+def test_warm_coil_resists_more_and_so_brakes_less() -> None:
+    warm = replace(STIFF, coil_heat_j_per_k=0.01, coil_to_air_k_per_w=8.0)
+    params = PlantParams(electrics=warm)
+    rows, _ = driven(Plant(params, step_ns=100_000), 0.0, 1.0, n=10_000, period_ns=100_000)
+    # At rest: the coil's power, through 8 K/W, makes it as warm as the power needs.
+    share = (1.0 + math.sqrt(1.0 + 4.0 * 3.93e-3 * 8.0 * VOLT**2 / COIL_OHM)) / 2.0
+    coil_nm = rows["brake_capacity_nm"][-1] - params.brake_drag_nm
+    assert coil_nm == pytest.approx(COIL_NM_PER_A * VOLT / (share * COIL_OHM), rel=3e-3)
+
+
 def test_knob_without_electrics_says_so() -> None:
     with torsio.open("emulated") as knob:
         assert knob.emulator is not None

@@ -292,6 +292,15 @@ def test_wall_shows_itself_as_a_slope_from_its_angle_on() -> None:
     assert "allowed are 0 to" in torsio.Spring(stiffness_nm_per_rad=-5.0)._repr_html_()
 
 
+@pytest.mark.parametrize("width", [0.25, 1.0])
+def test_click_shows_itself_as_steep_as_its_width_says(width: float) -> None:
+    detents = torsio.Detents(per_turn=4, torque_nm=0.02, profile="click", width=width)
+    angle_rad, torque_nm, _ = detents._course()
+    share = angle_rad / (math.pi / 2.0)  # of the pitch, from the only notch that is shown
+    wanted = -0.02 * np.clip(2.0 * share / width, -1.0, 1.0)
+    assert torque_nm == pytest.approx(wanted, abs=2e-4)
+
+
 def test_knob_telemetry_and_calibration_show_themselves() -> None:
     with torsio.open("emulated", emulator=HAND) as knob:
         log = knob.record(0.1)
