@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import Annotated, Any, get_args
 
 import typer
 
@@ -31,16 +32,25 @@ Quick = Annotated[bool, typer.Option("--quick", help="A coarser version that tak
 _LAWS = [law for law in get_args(Law) if law != "calibrated"]
 
 
-def _known_law(name: str) -> str:
-    if name not in _LAWS:
-        raise typer.BadParameter(f"{name!r} is not one of {', '.join(_LAWS)}")
-    return name
+def _law_of(laws: Sequence[str]) -> Any:
+    """Make the option `--law`, which takes these."""
+
+    def known(name: str) -> str:
+        if name not in laws:
+            raise typer.BadParameter(f"{name!r} is not one of {', '.join(laws)}")
+        return name
+
+    return typer.Option(
+        "--law",
+        callback=known,
+        metavar="|".join(laws),
+        help="How motor and brake share the torque.",
+    )
 
 
-def _any_law(name: str) -> str:
-    if name not in get_args(Law):
-        raise typer.BadParameter(f"{name!r} is not one of {', '.join(get_args(Law))}")
-    return name
+def _results_in(name: str) -> Any:
+    """Make the option `--results` of a study."""
+    return typer.Option("--results", metavar="FOLDER", help=f"Parquet files; OUT/{name} if unset.")
 
 
 def run(name: str, context: typer.Context) -> None:
@@ -105,12 +115,7 @@ def calibration(
     knobs: Annotated[
         int | None, typer.Option("--knobs", min=4, help="Size of the sample; 200 if unset.")
     ] = None,
-    results: Annotated[
-        Path | None,
-        typer.Option(
-            "--results", metavar="FOLDER", help="Parquet files; OUT/calibration if unset."
-        ),
-    ] = None,
+    results: Annotated[Path | None, _results_in("calibration")] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
@@ -131,19 +136,8 @@ def falsify(
         int | None,
         typer.Option("--tries", min=16, help="Tries of each search, about; 900 if unset."),
     ] = None,
-    results: Annotated[
-        Path | None,
-        typer.Option("--results", metavar="FOLDER", help="Parquet files; OUT/falsify if unset."),
-    ] = None,
-    law: Annotated[
-        str,
-        typer.Option(
-            "--law",
-            callback=_any_law,
-            metavar="|".join(get_args(Law)),
-            help="How motor and brake share the torque.",
-        ),
-    ] = "calibrated",
+    results: Annotated[Path | None, _results_in("falsify")] = None,
+    law: Annotated[str, _law_of(get_args(Law))] = "calibrated",
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
@@ -195,19 +189,8 @@ def design(
     devices: Annotated[
         int | None, typer.Option("--devices", min=8, help="Size of the sample; 2000 if unset.")
     ] = None,
-    results: Annotated[
-        Path | None,
-        typer.Option("--results", metavar="FOLDER", help="Parquet files; OUT/design if unset."),
-    ] = None,
-    law: Annotated[
-        str,
-        typer.Option(
-            "--law",
-            callback=_known_law,
-            metavar="|".join(_LAWS),
-            help="How motor and brake share the torque.",
-        ),
-    ] = "paper",
+    results: Annotated[Path | None, _results_in("design")] = None,
+    law: Annotated[str, _law_of(_LAWS)] = "paper",
     wall_nm_per_rad: Annotated[
         float | None,
         typer.Option(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from torsio_studies.calibration.evaluation import DRIVEN, evaluate_batch
 from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
 from torsio_studies.common import Results, Study, StudyError
-from torsio_studies.design.spread import spread
+from torsio_studies.design.spread import complete
 from torsio_studies.design.store import Store
 
 Array = npt.NDArray[np.float64]
@@ -39,22 +40,8 @@ def run(study: Study) -> Results:
     folder = settings.get("results") or (study.out or Path("out")) / "calibration"
     store = Store(Path(folder), {"evaluation": EVALUATION, "batch_size": _BATCH})
     work = list(batches(knobs, _BATCH))
-    kept = store.intact(work)
-    todo = [batch for batch in work if batch not in kept]
-    total = sum(len(batch.designs) for batch in work)
-    done = total - sum(len(batch.designs) for batch in todo)
-    report = study.counter(f"{total} knobs, {done} of them from before", total)
-    report(done)
-    with spread(
-        todo,
-        scheduler=settings.get("scheduler"),
-        workers=settings.get("workers"),
-        evaluate=evaluate_batch,
-    ) as (_, results):
-        for batch, rows in results:
-            store.write(batch, rows)
-            done += len(rows)
-            report(done)
+    with complete(study, store, work, "knobs", evaluate_batch) as (_, results):
+        collections.deque(results, maxlen=0)
     tables = store.read(work)
     table = tables["knob"]
     broken = SABOTAGES[::4] if study.quick else SABOTAGES

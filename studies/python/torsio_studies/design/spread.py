@@ -14,8 +14,9 @@ from importlib.metadata import version
 from typing import Any
 
 from torsio.common.checks import usable_cores
-from torsio_studies.common import StudyError
+from torsio_studies.common import Study, StudyError
 from torsio_studies.design.devices import evaluate_batch
+from torsio_studies.design.store import Store
 
 Rows = list[dict[str, float]]
 Results = Iterator[tuple[Any, Rows]]
@@ -66,6 +67,41 @@ def spread(
         yield count, _from_pool(pool, batches, evaluate)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def complete(
+    study: Study, store: Store, work: Sequence[Any], what: str, evaluate: Evaluate = evaluate_batch
+) -> Iterator[tuple[int, Iterator[Rows]]]:
+    """Spread the batches that a store lacks; each is kept and counted before its rows are given.
+
+    Parameters
+    ----------
+    what
+        Name of the designs in the batches, for who waits.
+    """
+    kept = store.intact(work)
+    todo = [batch for batch in work if batch not in kept]
+    total, left = (sum(len(batch.designs) for batch in of) for of in (work, todo))
+    report = study.counter(f"{total} {what}, {total - left} of them from before", total)
+    report(total - left)
+    settings = study.settings
+
+    def keep(results: Results) -> Iterator[Rows]:
+        done = total - left
+        for batch, rows in results:
+            store.write(batch, rows)
+            done += len(batch.designs)
+            report(done)
+            yield rows
+
+    with spread(
+        todo,
+        scheduler=settings.get("scheduler"),
+        workers=settings.get("workers"),
+        evaluate=evaluate,
+    ) as (workers, results):
+        yield workers, keep(results)
 
 
 def _ignore_interrupts() -> None:

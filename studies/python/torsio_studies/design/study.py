@@ -18,7 +18,7 @@ from torsio.printed.config import Law
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
 from torsio_studies.design.devices import EVALUATION, SPACE, batches, columns
-from torsio_studies.design.spread import spread
+from torsio_studies.design.spread import complete
 from torsio_studies.design.store import Store
 
 Array = npt.NDArray[np.float64]
@@ -42,25 +42,14 @@ def run(study: Study) -> Results:
     folder = settings.get("results") or (study.out or Path("out")) / "design"
     store = Store(Path(folder), {"evaluation": EVALUATION, "law": law, "batch_size": size})
     work = list(batches(devices, side, law, size))
-    kept = store.intact(work)
-    todo = [batch for batch in work if batch not in kept]
 
     core_s = 0.0
     growth: list[dict[str, float]] = []
-    total = sum(len(batch.designs) for batch in work)
-    done = total - sum(len(batch.designs) for batch in todo)
-    report = study.counter(f"{total} devices, {done} of them from before", total)
-    report(done)
     computed = 0
     begin = time.perf_counter()
-    with spread(todo, scheduler=settings.get("scheduler"), workers=settings.get("workers")) as (
-        workers,
-        results,
-    ):
-        for batch, rows in results:
-            store.write(batch, rows)
+    with complete(study, store, work, "devices") as (workers, results):
+        for rows in results:
             computed += len(rows)
-            report(done + computed)
             core_s += sum(row["seconds"] for row in rows)
             wall_s = time.perf_counter() - begin
             growth.append({"devices": computed, "core_seconds": core_s, "wall_seconds": wall_s})
@@ -71,7 +60,7 @@ def run(study: Study) -> Results:
     sample = table["sample"]
     return {
         "rows": figure.influences(sample),
-        "devices": total,
+        "devices": sum(len(batch.designs) for batch in work),
         "computed_now": computed,
         "law": law,
         "workers": workers,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from rich.console import Console
 from torsio.common.screen import line, table
 from torsio.printed.config import Law
 from torsio_studies.common import Results, Study
-from torsio_studies.design.spread import spread
+from torsio_studies.design.spread import complete
 from torsio_studies.design.store import Store
 from torsio_studies.falsify.cases import SPACE, batches
 from torsio_studies.falsify.search import LASTING_RAD, LOUD_NM, evaluate_batch
@@ -29,21 +30,8 @@ def run(study: Study) -> Results:
     folder = Path(settings.get("results") or (study.out or Path("out")) / "falsify")
     store = Store(folder, {"evaluation": EVALUATION, "tries": tries})
     work = list(batches(cases, tries, law))
-    kept = store.intact(work)
-    todo = [batch for batch in work if batch not in kept]
-    report = study.counter(f"{cases} searches, {len(kept)} of them from before", cases)
-    done = len(kept)
-    report(done)
-    with spread(
-        todo,
-        scheduler=settings.get("scheduler"),
-        workers=settings.get("workers"),
-        evaluate=evaluate_batch,
-    ) as (_, results):
-        for batch, rows in results:
-            store.write(batch, rows)
-            done += 1
-            report(done)
+    with complete(study, store, work, "searches", evaluate_batch) as (_, results):
+        collections.deque(results, maxlen=0)
     columns = store.read(work)[law]
     worst = np.argsort(-columns["swing_rad"] / LASTING_RAD - columns["loud_nm"] / LOUD_NM)
     found = [
