@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from emulator.definition import plant
+from emulator.definition import plant, rows
 from firmware.protocol.definition import configurations, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import c, cpp
@@ -25,7 +25,7 @@ _ENUMERATIONS = (
     *EFFECT_ENUMERATIONS, *CONFIG_ENUMERATIONS, *DEVICE_ENUMERATIONS, e.DISARM_REASON,
     plant.ENCODER_ROUNDING, plant.CURRENT_SENSOR,
 )  # fmt: skip
-_SAMPLES = (told.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
+_SAMPLES = (told.TELEMETRY_SAMPLE, rows.TRUTH_SAMPLE)
 _TOLD = (*told.TOLD, plant.ELECTRICS_STATE)
 _STRUCTURES = (*_INPUTS, *_TOLD, *_SAMPLES)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from emulator.definition import plant
+from emulator.definition import plant, rows
 from firmware.protocol.definition import configurations, constants, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import cpp
@@ -16,7 +16,7 @@ from tools.definition.shared import (
     PLANT_LISTS,
 )
 
-_EMULATED = (*plant.PARTS, plant.PLANT_PARAMS, plant.LINK_FAULTS, *plant.TOLD)
+_EMULATED = (*plant.PARTS, plant.PLANT_PARAMS, plant.LINK_FAULTS, *rows.TOLD)
 
 
 def _sdk_header(doc: str, includes: tuple[str, ...], body: str, lists: str = LISTS) -> str:
@@ -277,7 +277,7 @@ def emulator_plant_fields() -> str:
 
 def emulator_rows() -> str:
     """Write emulator/rows.hpp."""
-    body = "".join(map(cpp.host_structure, plant.ROWS)) + "".join(map(cpp.field_list, plant.ROWS))
+    body = "".join(map(cpp.host_structure, rows.ROWS)) + "".join(map(cpp.field_list, rows.ROWS))
     return _sdk_header(
         "Rows of the records that a plant alone and a closed loop give.",
         ("<cstdint>", "<string_view>", "torsio/field.hpp"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from emulator.definition import plant
+from emulator.definition import plant, rows
 from firmware.protocol.definition import configurations, constants, costs, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import python
@@ -256,9 +256,9 @@ def python_telemetry() -> str:
         'Record: TypeAlias = npt.NDArray[np.void]\n"""A structured array."""\n'
     )
     body += python.record_type("TELEMETRY_DTYPE", told.TELEMETRY_SAMPLE)
-    body += python.record_type("TRUTH_DTYPE", plant.TRUTH_SAMPLE)
-    body += python.record_type("PLANT_DTYPE", plant.PLANT_ROW)
-    body += python.record_type("LOOP_DTYPE", plant.LOOP_ROW)
+    body += python.record_type("TRUTH_DTYPE", rows.TRUTH_SAMPLE)
+    body += python.record_type("PLANT_DTYPE", rows.PLANT_ROW)
+    body += python.record_type("LOOP_DTYPE", rows.LOOP_ROW)
     body += python.flags(e.FLAG)
     return python.module(
         "Measurements of the device and true values of the emulator, as NumPy structured arrays.\n\n"
