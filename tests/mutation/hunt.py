@@ -277,12 +277,15 @@ class Hunt:
         return ("dead" if red else "alive"), red
 
     def _reaching(self, number: int) -> list[Tried]:
-        """Give the tests that reach a change or, if none does, its file; the cheapest first."""
-        file = str(COPY / self.changes[number - 1].file)
+        """Give the tests that reach a change or, of Python, its file; the cheapest first."""
+        change = self.changes[number - 1]
         near = [one for one in self.tests if number in one.reached]
-        near = near or [one for one in self.tests if file in one.files]
-        # Each test reaches the code that runs on import.
-        return _within(near or self.tests, MOST_S)
+        if not is_cpp(change):
+            file = str(COPY / change.file)
+            near = near or [one for one in self.tests if file in one.files]
+            # Each test reaches the code that runs on import.
+            near = near or self.tests
+        return _within(near, MOST_S)
 
     def _of_page(self) -> list[Tried]:
         """Give the page's tests. Tests in one file stay together: they share a browser."""
