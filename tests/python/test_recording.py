@@ -67,6 +67,15 @@ def test_recording_holds_what_was_read_slept_over_and_asked(
     assert torsio.ControlConfig(**config) == knob.control_config()
 
 
+def test_what_nobody_read_is_kept_before_another_rate_begins(tmp_path: Path) -> None:
+    paced = torsio.EmulatorOptions(paced=True)
+    with torsio.open("emulated", emulator=paced) as knob, knob.record_to(tmp_path / "x.mcap"):
+        while knob.statistics().samples_received < 50:
+            time.sleep(0.01)
+        first = knob.record(0.02, rate_hz=500.0)["tick"][0]
+    assert np.sum(torsio.load(tmp_path / "x.mcap").telemetry["tick"] < first) >= 50
+
+
 def test_other_programs_find_times_and_schemas_in_it(knob: torsio.Knob, tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     before_ns = time.time_ns()
