@@ -79,7 +79,7 @@ class ByName(ShortRepr):
             known = getattr(cls, "__dataclass_fields__", None)
             if known is None or values or not named.keys() <= known.keys():
                 _refuse_unknown(cls, values, named)
-            return super().__new__(cls)
+            return object.__new__(cls)
 
 
 def _refuse_unknown(cls: type[Any], values: tuple[Any, ...], named: dict[str, Any]) -> None:

@@ -6,8 +6,11 @@ import math
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from dataclasses import fields
+from functools import cache
 from itertools import takewhile
 from traceback import walk_stack
+from typing import Any
 
 from torsio.errors import DisarmedWarning, HeldLowWarning, NoSpeedLimitWarning, SceneWarning
 from torsio.printed.scenes import Detents, Effect, Friction, Texture, Timing
@@ -37,7 +40,13 @@ def warn(warning: Warning) -> None:
 
 def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
     """Say what in a scene is hardly meant; the knob is asked for its limits only if it matters."""
-    yield from filter(None, map(_degrees, effects))
+    asks = False
+    for of in effects:
+        if (warning := _degrees(of)) is not None:
+            yield warning
+        asks = asks or bool(_names(of)[1])
+    if not asks:
+        return
     asked_nm = _most_nm(effects)
     if asked_nm <= _GIVEN_BY_ANY_NM:
         return
@@ -54,12 +63,25 @@ def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[Sc
         )
 
 
+def _names(of: Effect) -> tuple[list[str], set[str]]:
+    kind: Any = type(of)
+    return _names_of(kind)
+
+
+@cache
+def _names_of(kind: type[Any]) -> tuple[list[str], set[str]]:
+    """Give the names of an effect's angles and of its torques."""
+    names = [of.name for of in fields(kind)]
+    angles = [of for of in names if of.endswith("_rad") and not of.endswith("_per_rad")]
+    return angles, _TORQUES.intersection(names)
+
+
 def _degrees(of: Effect) -> SceneWarning | None:
     """Find an angle that looks as if somebody had written degrees."""
-    for name, value in vars(of).items():
-        if not name.endswith("_rad") or name.endswith("_per_rad") or not value:
+    for name in _names(of)[0]:
+        if not (given := getattr(of, name)):
             continue
-        angle_rad = float(value)
+        angle_rad = float(given)
         turns = abs(angle_rad) / math.tau
         is_round = (2.0 * angle_rad).is_integer()
         if (is_round and abs(angle_rad) > _ROUND_RAD.get(name, math.tau)) or turns > _TURNS:
@@ -75,7 +97,7 @@ def _most_nm(effects: list[Effect]) -> float:
 
     Those that grow with depth, speed or acceleration have none.
     """
-    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects if not _TORQUES.isdisjoint(vars(of))]
+    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects if _names(of)[1]]
     most_nm = 0.0
     for moment_s, *_ in asking:
         plays = [(low, high) for begin_s, end_s, low, high in asking if begin_s <= moment_s < end_s]
@@ -92,7 +114,7 @@ def _reach_nm(of: Effect) -> tuple[float, float]:
     if isinstance(of, _BOTH_WAYS):
         return -of.torque_nm, of.torque_nm
     values = [0.0]
-    for name in _TORQUES & vars(of).keys():
+    for name in _names(of)[1]:
         nm = getattr(of, name)
         values += nm if isinstance(nm, tuple) else [float(nm)]
     wave_nm = getattr(of, "amplitude_nm", 0.0)

@@ -79,10 +79,9 @@ def _changes(row: Row) -> str:
             f"changes what is felt by {perception.text(row.difference.jnds)}, crosses "
             f"{row.difference.missed} edges more or fewer"
         )
-    return (
-        f"changes what is felt by {perception.text(row.difference.jnds)}, "
-        f"contacts by {1e3 * row.difference.contact_s:.2g} ms"
-    )
+    contact_ms = float(f"{round(1e3 * row.difference.contact_s, 3):.2g}")
+    felt = perception.text(row.difference.jnds)
+    return f"changes what is felt by {felt}, contacts by {contact_ms:g} ms"
 
 
 def _cost(row: Row) -> str:
