@@ -14,8 +14,10 @@ from flint import arb
 import torsio
 from torsio.printed.hands import TorqueHand
 from torsio_studies.enclosure.balls import DIGITS, enclose
-from torsio_studies.enclosure.cases import electric_case, random_case
-from torsio_studies.enclosure.study import evaluate, scenes
+from torsio_studies.enclosure.cases import electric_case, emulate, random_case
+from torsio_studies.enclosure.evaluation import evaluate
+from torsio_studies.enclosure.search import SPACE, extreme_case, search
+from torsio_studies.enclosure.study import evaluate_once, scenes
 from torsio_studies.execution import execute
 from torsio_studies.fidelity.truth import hand_torque
 
@@ -128,6 +130,32 @@ def test_scene_of_the_study_is_exact_to_rounding_and_scipy_to_its_tolerance() ->
     assert row["digits"] >= DIGITS
     assert row["error"] < 1e-14
     assert row["error"] < row["scipy_error"] < 1e-8
+
+
+def test_search_at_the_extremes_finds_no_error_beyond_rounding_and_repeats() -> None:
+    worst = search(5, 10)
+    assert worst["decided"]
+    assert worst["digits"] >= DIGITS
+    assert 1e-17 < worst["error"] < 1e-12
+    assert worst == search(5, 10)
+    (row,) = evaluate(extreme_case(5, worst["point"]), 4000)
+    assert row["error"] * min(1.0, row["range_rad"]) == worst["error"]
+
+
+def test_a_case_is_evaluated_once_until_the_emulator_moves_otherwise(tmp_path: Path) -> None:
+    kept, case = tmp_path / "kept.jsonl", random_case(5, 3)
+    first = evaluate_once((kept, case))
+    content = kept.read_bytes()
+    assert evaluate_once((kept, case)) == first == evaluate(case)
+    assert kept.read_bytes() == content
+    evaluate_once((kept, replace(case, plant=replace(case.plant, knob_coulomb_nm=0.0))))
+    assert len(kept.read_bytes()) > len(content)
+
+
+def test_corners_of_the_search_are_plants_that_the_emulator_takes() -> None:
+    for corner in (0.0, 1.0):
+        for number in (0, 15):
+            assert np.isfinite(emulate(extreme_case(number, [corner] * len(SPACE)))).all()
 
 
 @pytest.mark.slow

@@ -154,9 +154,12 @@ def enclosure(
     plants: Annotated[
         int | None, typer.Option("--plants", min=1, help="Random plants; 200 if unset.")
     ] = None,
+    tries: Annotated[
+        int | None, typer.Option("--tries", min=1, help="Of each search at extremes; 60 if unset.")
+    ] = None,
     workers: Workers = None,
 ) -> None:
-    """Enclose the scenes of the study `fidelity`, and random plants."""
+    """Enclose the scenes of the study `fidelity`, random plants, and extreme ones by search."""
     run("enclosure", context)
 
 

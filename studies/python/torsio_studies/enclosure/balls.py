@@ -12,7 +12,7 @@ event within 1e-45 s of the end of a piece of time happens at the begin of the n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
 from functools import cache
 from typing import Any, Final
 
@@ -21,30 +21,18 @@ import numpy.typing as npt
 from flint import arb, arb_mat, ctx
 
 from torsio.printed.plant import PlantParams
+from torsio_studies.enclosure.flows import COLUMNS, Mode, Row, UndecidedError, matrix_of
 from torsio_studies.fidelity.truth import HandTorque
 
 __all__ = ["DIGITS", "Enclosure", "UndecidedError", "enclose"]
 
 DIGITS: Final = 50
 _A, _P, _B, _WA, _WP, _WB, _TM, _TB, _I, _F, _S, _CM, _CB, _ONE = range(14)
-_TIE: Final = 1e-45  # s
 _HALVINGS: Final = 60
-_NEWTON: Final = 40
-_DERIVATIVES: Final = 3
-
-Row = dict[int, Any]
 
 
-class UndecidedError(ArithmeticError):
-    """Two events are too near to be told apart, or a function touches 0."""
-
-
-def _matrix(rows: Sequence[Row]) -> Any:
-    found = arb_mat(len(rows), _ONE + 1)
-    for number, row in enumerate(rows):
-        for column, value in row.items():
-            found[number, column] = value
-    return found
+class TooLongError(ArithmeticError):
+    """There are more pieces of time to look at than wanted."""
 
 
 def _sum(*terms: tuple[Any, Row]) -> Row:
@@ -72,13 +60,14 @@ class Enclosure:
         """Take the parameters as they are; compute with so many digits."""
         ctx.dps = digits
         self.plant, self.hand = plant, hand
-        self.state = arb_mat(_ONE + 1, 1)
+        self.state = arb_mat(COLUMNS, 1)
         self.state[_ONE, 0] = arb(1)
         self.friction = [0, 0]
         self.play = 0  # 1: the brake's torque goes up with its current, -1: down, 0: it stays
         self.bend = 1 if plant.shaft_hardening else None
         self.cog = 0 if plant.cogging else None
         self.events: list[str] = []
+        self.most_pieces, self._pieces = sys.maxsize, 0
         self._time_s = arb(0)
         self._modes = cache(self._mode)
         self._powers = cache(self._power)
@@ -96,6 +85,8 @@ class Enclosure:
             until_s = min(end_s, piece_end_s)
             self._go(arb(until_s) - arb(now_s))
             now_s = until_s
+        if not all(one.is_finite() for (one,) in self.state.tolist()):
+            raise UndecidedError("a ball has grown without bounds")
         self._time_s = arb(end_s)
 
     def values(self) -> tuple[Any, ...]:
@@ -200,8 +191,8 @@ class Enclosure:
         plant = self.plant
         return {_ONE: arb(plant.knob_coulomb_nm)}, {_TB: arb(1), _ONE: arb(plant.brake_drag_nm)}
 
-    def _mode(self, key: tuple[Any, ...]) -> tuple[Any, list[tuple[str, Any]]]:
-        """Give the matrix of a mode, and the functions that stay positive in it."""
+    def _mode(self, key: tuple[Any, ...]) -> Mode:
+        """Give the equations of a mode."""
         *friction, play, bend, cog = key
         plant = self.plant
         demands = self._demands(bend, cog)
@@ -211,7 +202,7 @@ class Enclosure:
             arb(plant.knob_inertia_kg_m2) + arb(self.hand.inertia_kg_m2),
             arb(plant.brake_inertia_kg_m2) - (pulley if plant.belt else 0),
         )
-        rows: list[Row] = [{} for _ in range(_ONE + 1)]
+        rows: list[Row] = [{} for _ in range(COLUMNS)]
         stays: list[tuple[str, Row]] = []
         ends = (("knob", _A, _WA, demands[0]), ("brake", _B, _WB, demands[2]))
         for end, (name, angle, speed, demand) in enumerate(ends):
@@ -235,7 +226,7 @@ class Enclosure:
             rows[_TB] = rows[_I] if play else {}
         rows[_F] = {_S: arb(1)}
         stays += self._bounds(play, bend, cog)
-        return _matrix(rows), [(name, _matrix([row])) for name, row in stays]
+        return Mode(matrix_of(rows), stays)
 
     def _bounds(self, play: int, bend: int | None, cog: int | None) -> list[tuple[str, Row]]:
         """Give what keeps the brake in its play, the shaft between knees, the knob on a cog."""
@@ -256,12 +247,23 @@ class Enclosure:
 
     # The proof -----------------------------------------------------------------------------
 
-    def _power(self, key: tuple[Any, ...], level: int) -> tuple[Any, Any, Any]:
-        """Give the flow of a piece of time, the flow of all times within it, and its width."""
-        matrix = self._modes(key)[0]
-        width = arb(2) ** -level
-        within = arb(float(2.0 ** (-level - 1)), float(2.0 ** (-level - 1)))
-        return (matrix * width).exp(), (matrix * within).exp(), width
+    def _power(self, key: tuple[Any, ...], level: int) -> tuple[Any, Any]:
+        """Give the flow over 2^-level s, and the flow of all times within."""
+        mode, width = self._modes(key), arb(2.0**-level)
+        within = mode.within(width, level - mode.level)
+        if level < mode.level:
+            finer = self._powers(key, level + 1)[0]
+            return finer * finer, within
+        return (mode.matrix * width).exp(), within
+
+    def _span(self, width: Any, level: int | None, depth: int) -> tuple[Any, Any]:
+        """Give the state at the end of a piece of time, and all states in it."""
+        key = self._key()
+        if level is not None:
+            flow, within = self._powers(key, level)
+            return flow * self.state, within * self.state
+        mode = self._modes(key)
+        return mode.moved(self.state, width), mode.within(width, depth) * self.state
 
     def _go(self, left: Any) -> None:
         """Go on for a time in which nothing jumps."""
@@ -281,7 +283,7 @@ class Enclosure:
         for end, demand in ((0, demands[0]), (1, demands[2])):
             for sign in (1, -1):
                 over = _sum((sign, demand), (-1, capacities[end]))
-                if not self.friction[end] and self._value(_matrix([over])) > 0:
+                if not self.friction[end] and self._value(matrix_of([over])) > 0:
                     self.friction[end] = sign
         self._leave_corner()
 
@@ -289,121 +291,61 @@ class Enclosure:
         """Take the piece of cogging that a knob goes into which starts on a corner, backwards."""
         if self.cog is not None and self.friction[0] < 0:
             corner = {_A: arb(1), _ONE: -self.cog * self._piece_rad()}
-            self.cog -= bool(self._value(_matrix([corner])).contains(0))
+            self.cog -= bool(self._value(matrix_of([corner])).contains(0))
 
     def _value(self, function: Any) -> Any:
         return (function * self.state)[0, 0]
 
     def _first(self, left: Any, touched: str) -> tuple[Any, str, int] | None:
         """Move the state to the first event, or to the end; give when, and what it is."""
-        key, gone = self._key(), arb(0)
-        matrix, stays = self._modes(key)
-        level = 14  # 61 us, about the motor's lag
-        while True:
-            flow, within, width = self._powers(key, level)
-            is_last = not (width < left - gone)
-            if is_last:
-                width = left - gone
-                flow = (matrix * width).exp()
-                span = arb(0).union(width)
-                within = (matrix * span).exp()
-            spans = None if is_last else level
-            found = (
-                (self._root(key, function, (flow, within, width), spans, name == touched), name, at)
-                for at, (name, function) in enumerate(stays)
-            )
-            roots = [one for one in found if one[0] is not None]
-            if roots:
-                root, name, number = min(roots, key=lambda one: float(one[0].mid()))
-                others = [other for other, _, place in roots if place != number]
-                if any(not root < other for other in others):
-                    raise UndecidedError(f"{name} and another event at the same time")
-                self.state = (matrix * root).exp() * self.state
-                return gone + root, name, number
-            self.state = flow * self.state
-            gone, touched = gone + width, ""
-            if is_last:
-                return None
-
-    def _root(
-        self, key: Any, function: Any, power: tuple[Any, Any, Any], level: int | None, is_zero: bool
-    ) -> Any:
-        """Give where a function first becomes 0 in a piece of time from the state on, or None."""
-        matrix = self._modes(key)[0]
-        todo = [(arb(0), self.state, power, level, is_zero, 0)]
+        mode, gone = self._modes(self._key()), arb(0)
+        todo: list[tuple[Any, int | None, int]] = [(left, None, 0)]
         while todo:
-            at, here, power, level, zero, depth = todo.pop()
-            verdict = self._looks(function, matrix, here, power, zero)
-            if verdict == "none":
+            self._pieces += 1
+            if self._pieces > self.most_pieces:
+                raise TooLongError
+            width, level, depth = todo.pop()
+            if level is None and arb(2.0**-mode.level) < width:
+                todo += [(width - arb(2.0**-mode.level), None, 0), (None, mode.level, 0)]
                 continue
-            if verdict == "one":
-                return at + self._newton(function, matrix, here, power[2])
+            width = arb(2.0**-level) if level is not None else width
+            end, inside = self._span(width, level, depth)
+            roots = []
+            for number, stay in enumerate(mode.stays):
+                verdict = stay.looks(self.state, inside, end, stay.name == touched)
+                if verdict == "?":
+                    break
+                if verdict == "one":
+                    roots.append((stay.root(mode, self.state, inside, width), number))
+            else:
+                if roots:
+                    return self._event(gone, roots)
+                self.state, gone, touched = end, gone + width, ""
+                continue
             if depth > _HALVINGS:
                 raise UndecidedError("a function touches 0")
-            half, finer = power[2] / 2, None if level is None else level + 1
-            if finer is None:
-                part = (matrix * half).exp(), (matrix * arb(0).union(half)).exp(), half
-            else:
-                part = self._powers(key, finer)
-            todo.append((at + half, part[0] * here, part, finer, False, depth + 1))
-            todo.append((at, here, part, finer, zero, depth + 1))
+            half = (width / 2, None if level is None else level + 1, depth + 1)
+            todo += [half, half]
         return None
 
-    @staticmethod
-    def _looks(
-        function: Any, matrix: Any, here: Any, power: tuple[Any, Any, Any], zero: bool
-    ) -> str:
-        """Say whether a function surely has no zero in a piece of time, surely one, or neither."""
-        flow, within, _ = power
-        all_of_it = within * here
-        slope = function * matrix
-        rate = (slope * all_of_it)[0, 0]
-        if rate > 0 or (not zero and (function * all_of_it)[0, 0] > 0):
-            return "none"
-        begin = (function * here)[0, 0]
-        if rate == 0 and begin >= 0:  # such as of a knob that is held
-            return "none"
-        if not rate < 0 and (begin == 0 or (zero and begin.contains(0))):
-            # It rises from 0 if one derivative is positive, and none before it is negative there.
-            for _ in range(_DERIVATIVES):
-                if (slope * here)[0, 0] < 0:
-                    break
-                slope = slope * matrix
-                if (slope * all_of_it)[0, 0] > 0:
-                    return "none"
-            return "?"
-        if rate < 0:
-            end = (function * (flow * here))[0, 0]
-            if end > 0 or (end.contains(0) and end.rad() < _TIE * abs(rate.mid())):
-                return "none"
-            if end < 0:
-                return "one"
-        return "?"
-
-    @staticmethod
-    def _newton(function: Any, matrix: Any, state: Any, width: Any) -> Any:
-        """Narrow the only zero of a falling function."""
-        span, slope = arb(-_TIE).union(width), function * matrix
-        for _ in range(_NEWTON):
-            middle = arb(span.mid())
-            value = (function * ((matrix * middle).exp() * state))[0, 0]
-            rate = (slope * ((matrix * span).exp() * state))[0, 0]
-            narrower = middle - value / rate
-            if not narrower.overlaps(span):
-                raise UndecidedError("an event belongs to a moment before")
-            narrower = narrower.intersection(span)
-            if not float(narrower.rad()) < 0.5 * float(span.rad()):
-                return narrower
-            span = narrower
-        return span
+    def _event(self, gone: Any, roots: list[tuple[Any, int]]) -> tuple[Any, str, int]:
+        """Move the state to the first of some zeros."""
+        mode = self._modes(self._key())
+        root, number = min(roots, key=lambda one: float(one[0].mid()))
+        name = mode.stays[number].name
+        if any(not root < other for other, place in roots if place != number):
+            raise UndecidedError(f"{name} and another event at the same time")
+        self.state = mode.moved(self.state, root)
+        return gone + root, name, number
 
     def _switch(self, name: str, number: int) -> str:
         """Go over to the state after an event; give the function that is exactly 0 from there."""
         self.events.append(name)
         end = 1 if name.startswith("brake") else 0
-        way = self._modes(self._key())[1][number][1]
+        stays = self._modes(self._key()).stays
+        way = stays[number].derivatives[0]
         if name.endswith("starts"):
-            held_other = self._modes(self._key())[1][number - 1][0] == name
+            held_other = stays[number - 1].name == name
             self.friction[end] = -1 if held_other else 1
             self._leave_corner()
             return name.replace("starts", "stops")
@@ -431,6 +373,7 @@ def enclose(
     *,
     period_s: float,
     digits: int,
+    most_pieces: int | None = None,
 ) -> tuple[list[tuple[Any, ...]], Enclosure, list[int]]:
     """Give the balls of `values` at the ends of the periods, the run, and the events up to each.
 
@@ -439,8 +382,12 @@ def enclose(
     """
     run = Enclosure(plant, hand, digits=digits)
     balls, counts = [], []
+    run.most_pieces = most_pieces or sys.maxsize
     for number, (motor, brake) in enumerate(zip(motor_nm, brake_nm, strict=True)):
-        run.advance((number + 1) * period_s, float(motor), float(brake))
+        try:
+            run.advance((number + 1) * period_s, float(motor), float(brake))
+        except TooLongError:
+            break
         balls.append(run.values())
         counts.append(len(run.events))
     return balls, run, counts

@@ -3,79 +3,39 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import numpy.typing as npt
-from flint import arb
 from rich.console import Console
 
 from torsio.closed_loop import simulate
 from torsio.common.drawing import BLUE, ORANGE, headline
 from torsio.common.screen import line, table
-from torsio_studies.common import Results, Study
+from torsio.trading.runs import Kept
+from torsio_studies.common import Results, Study, make_folder
 from torsio_studies.design.spread import spread
-from torsio_studies.enclosure.balls import DIGITS, UndecidedError, enclose
-from torsio_studies.enclosure.cases import PERIOD_S, Case, electric_case, emulate, random_case
+from torsio_studies.enclosure.balls import DIGITS
+from torsio_studies.enclosure.cases import Case, electric_case, emulate, random_case
+from torsio_studies.enclosure.evaluation import evaluate
+from torsio_studies.enclosure.search import PARTS, SPACE, search
 from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.study import visits
-from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
-
-Array = npt.NDArray[np.float64]
+from torsio_studies.fidelity.truth import PLANT
 
 PLANTS: Final = 200
-_DIGITS: Final = (150, 300, 600)  # tried in this order
 
 
-def evaluate(case: Case) -> list[dict[str, Any]]:
-    """Enclose a case; give the stepper's error, and in which event it grew."""
-    motor, brake = np.array(case.motor_nm), np.array(case.brake_nm)
-    torque = hand_torque(case.hand)
-    emulated = emulate(case)
-    row: dict[str, Any] = {"name": case.name, "periods": len(motor)}
-    for digits in _DIGITS:
-        try:
-            balls, run, counts = enclose(
-                case.plant, torque, motor, brake, period_s=PERIOD_S, digits=digits
-            )
-        except UndecidedError as why:
-            row = {**row, "decided": False, "why": str(why)}
-            continue
-        radius = max(float(ball.rad()) for some in balls for ball in some)
-        row = {**row, "decided": True}
-        if radius < 10.0**-DIGITS:
-            break
-    if not row["decided"]:
-        return [row]
-    middles = np.array([[float(ball.mid()) for ball in some] for some in balls])
-    range_rad = float(np.abs(middles[:, :2]).max()) or 1.0
+def evaluate_once(work: tuple[Path | None, Case]) -> list[dict[str, Any]]:
+    """Evaluate a case unless a file keeps what comes out for this motion of the emulator."""
+    path, case = work
+    return [Kept(path).get((case, emulate(case).tolist()), lambda: evaluate(case)[0])]
 
-    def errors(values: Array) -> Array:
-        return np.array([
-            [float((arb(one) - ball).abs_upper()) for one, ball in zip(own, some, strict=True)]
-            for own, some in zip(values.tolist(), balls, strict=True)
-        ])  # fmt: skip
 
-    each = errors(emulated)
-    error = each[:, :2].max(axis=1)
-    grown = np.diff(error, prepend=0.0) / range_rad
-    losses: dict[str, float] = {}
-    for growth, begin, end in zip(grown.tolist(), [0, *counts[:-1]], counts, strict=True):
-        for name in set(run.events[begin:end]) or {"between events"}:
-            losses[name] = max(losses.get(name, 0.0), growth)
-    row |= {
-        "events": len(run.events),
-        "error": float(error.max()) / range_rad,
-        "digits": -math.log10(radius / range_rad) if radius else math.inf,
-        "losses": losses,
-    }
-    if case.plant.electrics:
-        row["current_error"] = float(each[:, 2].max() / np.abs(middles[:, 2]).max())
-    if case.with_scipy:
-        truth = simulate_truth(case.plant, torque, motor, brake, period_s=PERIOD_S)
-        angles = np.column_stack([truth.angle_rad, truth.brake_angle_rad])
-        row["scipy_error"] = float(errors(angles).max()) / range_rad
-    return [row]
+def search_once(work: tuple[Path | None, int, int]) -> list[dict[str, Any]]:
+    """Search with some parts unless a file keeps what comes out."""
+    path, *given = work
+    return [Kept(path).get((*given, repr(SPACE)), lambda: search(*given))]
 
 
 def scenes(*, quick: bool) -> list[Case]:
@@ -99,10 +59,24 @@ def run(study: Study) -> Results:
     work = [*cases, *(electric_case(number) for number in range(max(2, plants // 10)))]
     report = study.counter("cases", len(work))
     found: dict[str, Any] = {}
-    with spread(work, workers=study.settings.get("workers"), evaluate=evaluate) as (_, results):
-        for case, (row,) in results:
+    if study.out is not None:
+        make_folder(study.out)
+    kept = study.out and study.out / "enclosure.jsonl"
+    todo = [(kept, case) for case in work]
+    workers = study.settings.get("workers")
+    with spread(todo, workers=workers, evaluate=evaluate_once) as (_, results):
+        for (_, case), (row,) in results:
             found[case.name] = row
             report(len(found))
+    tries = int(study.settings.get("tries") or (10 if study.quick else 60))
+    numbers = [0, 15] if study.quick else range(2 ** len(PARTS))
+    report = study.counter("searches", len(numbers))
+    extremes: list[dict[str, Any]] = []
+    searches = [(kept, number, tries) for number in numbers]
+    with spread(searches, workers=workers, evaluate=search_once) as (_, results):
+        for _, (row,) in results:
+            extremes.append(row)
+            report(len(extremes))
     rows = [found[case.name] for case in cases]
     circuits = [found[case.name] for case in work[len(cases) :]]
     decided = [row for row in rows if row["decided"]]
@@ -131,6 +105,7 @@ def run(study: Study) -> Results:
     return {
         "rows": rows,
         "electrics": circuits,
+        "extremes": sorted(extremes, key=lambda row: -float(row["error"])),
         "losses": dict(sorted(losses.items(), key=lambda one: -one[1])),
         "undecided": len(rows) - len(decided),
         "worst": max(decided, key=lambda row: float(row["error"])),
@@ -158,6 +133,12 @@ def show(results: Results, console: Console) -> None:
         console,
         f"with electrics, {len(circuits)} plants: {min(row['digits'] for row in circuits):.0f} "
         f"digits, angles {most['error']:.1e}, current {most['current_error']:.1e}",
+    )
+    worst = results["extremes"][0]
+    line(
+        console,
+        f"the worst of {sum(row['tries'] for row in results['extremes'])} extreme plants: "
+        f"{worst['error']:.1e} of the angle, or rad where that is less",
     )
     losses = table("in a period with", "the error grows at most by", words=1)
     for name, growth in results["losses"].items():

@@ -1,0 +1,142 @@
+"""Linear equations in ball arithmetic: their flows, and the first zeros of linear functions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from flint import arb, arb_mat, arb_poly, ctx
+from scipy.linalg import matrix_balance
+
+__all__ = ["COLUMNS", "Mode", "Row", "UndecidedError", "matrix_of"]
+
+COLUMNS: Final = 14
+_TIE: Final = 1e-45  # s
+_NEWTON: Final = 400
+_DERIVATIVES: Final = 3
+
+Row = dict[int, Any]
+
+
+class UndecidedError(ArithmeticError):
+    """Two events are too near to be told apart, or a function touches 0."""
+
+
+def matrix_of(rows: Sequence[Row]) -> Any:
+    """Write linear functions as a matrix."""
+    found = arb_mat(len(rows), COLUMNS)
+    for number, row in enumerate(rows):
+        for column, value in row.items():
+            found[number, column] = value
+    return found
+
+
+class Stay:
+    """A function that stays positive in a mode; its derivatives along the flow, from the 0th."""
+
+    def __init__(self, name: str, row: Row, matrix: Any) -> None:
+        self.name, self.derivatives = name, [matrix_of([row])]
+        for _ in range(_DERIVATIVES + 1):
+            self.derivatives.append(self.derivatives[-1] * matrix)
+
+    def looks(self, here: Any, inside: Any, end: Any, zero: bool) -> str:
+        """Say whether a function surely has no zero in a piece of time, surely one, or neither."""
+        value, slope, *more = self.derivatives
+        rate = (slope * inside)[0, 0]
+        if rate > 0 or (not zero and (value * inside)[0, 0] > 0):
+            return "none"
+        begin = (value * here)[0, 0]
+        if rate == 0 and begin >= 0:  # such as of a knob that is held
+            return "none"
+        if not rate < 0 and (begin == 0 or (zero and begin.contains(0))):
+            # It rises from 0 if one derivative is positive, and none before it is negative there.
+            for before, after in zip([slope, *more], more, strict=False):
+                if (before * here)[0, 0] < 0:
+                    break
+                if (after * inside)[0, 0] > 0:
+                    return "none"
+            return "?"
+        if rate < 0:
+            last = (value * end)[0, 0]
+            if last > 0 or (last.contains(0) and last.rad() < _TIE * abs(rate.mid())):
+                return "none"
+            if last < 0:
+                return "one"
+        return "?"
+
+    def root(self, mode: Mode, here: Any, inside: Any, width: Any) -> Any:
+        """Narrow the only zero of a falling function."""
+        terms, left = mode.series(here, width)
+        value, rate = (
+            arb_poly([(row * term)[0, 0] for term in terms]) + (row * left)[0, 0]
+            for row in self.derivatives[:2]
+        )
+        span, steepest = arb(-_TIE).union(width), (self.derivatives[1] * inside)[0, 0]
+        for _ in range(_NEWTON):
+            middle = arb(span.mid())
+            nearer = rate(span / width)
+            steepest = nearer if nearer < 0 else steepest
+            narrower = middle - value(middle / width) / steepest
+            if not narrower.overlaps(span):
+                raise UndecidedError("an event belongs to a moment before")
+            narrower = narrower.intersection(span)
+            if not float(narrower.rad()) < 0.5 * float(span.rad()):
+                return narrower
+            span = narrower
+        return span
+
+
+class Mode:
+    """The equations between events, and the longest piece of time to look at: 2^-level s."""
+
+    def __init__(self, matrix: Any, stays: list[tuple[str, Row]]) -> None:
+        self.matrix = matrix
+        self.stays = [Stay(name, row, matrix) for name, row in stays]
+        middles = np.array([[float(one.mid()) for one in row] for row in matrix.tolist()])
+        balanced, (scale, _) = matrix_balance(middles, permute=False, separate=True)
+        rate = float(np.abs(np.linalg.eigvals(balanced)).max())
+        self.level = max(12, math.ceil(math.log2(rate + 1.0)) - 2)
+        # Powers of two: how the state is measured where one number must bound it.
+        self.units = scale.tolist()
+        column = arb_mat([[arb(one)] for one in self.units])
+        sizes = arb_mat([[abs(one) for one in row] for row in matrix.tolist()]) * column
+        self.size = float(self.norm(sizes)) * 1.01
+
+    def within(self, width: Any, depth: int) -> Any:
+        """Give the flow of all times in a piece. A sign asks for few digits until it is small."""
+        digits, ctx.dps = ctx.dps, min(ctx.dps, 30 + 5 * depth)
+        try:
+            return (self.matrix * arb(0).union(width)).exp()
+        finally:
+            ctx.dps = digits
+
+    def norm(self, column: Any) -> Any:
+        """Give the largest component, in units."""
+        rows = zip(column.tolist(), self.units, strict=True)
+        return max((abs(one) / unit).upper() for (one,), unit in rows)
+
+    def series(self, state: Any, time_s: Any) -> tuple[list[Any], Any]:
+        """Give a Taylor series of the state after a time, and balls of what is left out."""
+        step, size = self.matrix * time_s, self.size * float(abs(time_s).upper())
+        number, tiny = max(len(self.units), math.ceil(2.0 * size)), -math.log(10.0) * (ctx.dps + 5)
+        while number * math.log(size + 1e-300) - math.lgamma(number + 1) > tiny:
+            number += 1
+        terms = [state]
+        for one in range(1, number + 1):
+            terms.append(step * terms[-1] / one)
+        # Each term from here on is at most half of the one before: together at most the last one.
+        rest = self.norm(terms[-1])
+        # A component whose first derivatives are all 0 does not move.
+        early = [term.tolist() for term in terms[1 : len(self.units) + 1]]
+        moves = [
+            not all(term[row][0].is_zero() for term in early) for row in range(len(self.units))
+        ]
+        left = [[arb(0, rest * unit * one)] for one, unit in zip(moves, self.units, strict=True)]
+        return terms, arb_mat(left)
+
+    def moved(self, state: Any, time_s: Any) -> Any:
+        """Give the state after a time."""
+        terms, left = self.series(state, time_s)
+        return sum(terms, left)
