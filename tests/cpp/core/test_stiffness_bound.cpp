@@ -301,9 +301,10 @@ TEST_CASE("a knob that rested between two counts is not moved by a hand when it 
 }
 
 TEST_CASE("swings that last are unexpected where the parts could render all that is asked") {
-  const auto unexpected = [](double slope_nm, float in_time_nm) {
+  const auto unexpected = [](double slope_nm, float in_time_nm, double first_nm = 0.0) {
     BoundBench bench;
     bench.state.in_time_nm = in_time_nm;
+    bench.step(first_nm, 1);
     int place = -10;  // the torque pulls to both sides
     for (int n = 0; n < 8; ++n) {
       const int sign = n % 2 == 0 ? 1 : -1;
@@ -317,6 +318,8 @@ TEST_CASE("swings that last are unexpected where the parts could render all that
   CHECK(unexpected(0.0015, 0.0F) == 0);  // steeper than a third of what is stable
   CHECK(unexpected(0.02, 0.0F) == 0);
   CHECK(unexpected(0.0, 1e-3F) == 0);  // a game may shake the knob
+  // What was bounded before the first turn is no reason afterwards.
+  CHECK(unexpected(0.0, 0.0F, -0.05) == 4);
 }
 
 TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
