@@ -12,8 +12,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from torsio import ControlConfig, ImpedanceHand, PlantParams, ShaftConfig, Spring, TorqueHand, Wall
-from torsio.closed_loop import ClosedLoop, LoopOptions
+from torsio import (
+    ControlConfig,
+    Curve,
+    ImpedanceHand,
+    PlantParams,
+    ShaftConfig,
+    Spring,
+    TorqueHand,
+    Wall,
+)
+from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions
 from torsio.perception import TORQUE_JND_NM
 from torsio.printed.hands import Hand, PrescribedMotion
 from torsio.printed.plant import BrakeHysteresis, ShaftHardening
@@ -231,3 +240,23 @@ def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, .
     case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
     options = options_of(case, dict(zip(SPACE, values, strict=True)))
     assert not breaks(case, measure([options])[0])
+
+
+@pytest.mark.parametrize("drag", [0.8, 1.0, 1.2])
+def test_knob_rests_under_a_constant_torque_below_its_friction(drag: float) -> None:
+    """A drag that is told smaller makes it hum: docs/results/falsify.md."""
+    actuator = replace(PLANT.matching_config(), brake_drag_nm=drag * PLANT.brake_drag_nm)
+    thrown = [
+        LoopOptions(
+            scene=Curve(angle_rad=500.0, span_rad=0.3, torque_nm=[torque_nm, torque_nm, 0.0, 0.0]),
+            initial=InitialState(speed_rad_s=8.0),
+            plant=PLANT,
+            actuator=actuator,
+            control=ControlConfig(law="calibrated"),
+            control_period_ns=50_000,
+        )
+        for torque_nm in (2e-3, 4e-3, 5.5e-3)
+    ]
+    motions = measure(thrown)
+    assert widest_rad(motions) < LASTING_RAD
+    assert max(motion.loud_nm for motion in motions) < QUIET_NM
