@@ -278,13 +278,13 @@ def build_python(package: PythonPackage, tinyusb: str) -> None:
         )
 
 
-# --- firmware ------------------------------------------------------------------------------------
-
-
 def build_packages(tinyusb: str) -> None:
     """Build and install all of the project's Python packages."""
     for package in PACKAGES:
         build_python(package, tinyusb)
+
+
+# --- firmware ------------------------------------------------------------------------------------
 
 
 def _build_apart(title: str, name: str, source: str, key: str, settings: Sequence[str]) -> Path:
