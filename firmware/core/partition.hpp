@@ -15,7 +15,7 @@ namespace torsio::core {
 struct LawTraits {
   bool counts_drag = false;  // the sensor takes the drag of a brake without current into account
   bool brakes = true;        // the brake carries its share
-  bool bounds = false;       // nothing buzzes: core/stiffness_bound.hpp
+  bool bounds = false;       // core/stiffness_bound.hpp
   bool knows_brake = false;  // its inertia, hysteresis and lags, and that it lets go late
 };
 

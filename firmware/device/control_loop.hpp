@@ -185,7 +185,7 @@ class ControlLoop {
   /// Whether a periodic effect played in the last tick.
   bool shakes() const { return playing_scene_ != nullptr && core::shakes(*playing_scene_); }
 
-  // Main loop. The rings of answers and samples are below.
+  // Main loop.
   Snapshot snapshot() const;
   Now now() const;
   protocol::Ledger ledger() const;

@@ -37,7 +37,7 @@ STIFFNESS_JND_SHARE: Final = 0.23
 """JND of a spring's stiffness."""
 
 VIBRATION_NM: Final = 1e-3
-"""A motor whose torque vibrates by less is at rest for a finger; see `vibration_nm`."""
+"""Aim for a motor at rest: friction then keeps the knob still; see `vibration_nm`."""
 
 _AVERAGED_S: Final = 0.05  # a period at 20 Hz: slower changes are no vibration
 

@@ -40,9 +40,7 @@ LAW = enumeration(
     Value("compensated", "the motor fills in what the brake does not hold, with its drag counted"),
     Value("parallel", "fixed shares without the sensor: it sticks, and is here to show that"),
     Value("motor_only", "no brake"),
-    Value(
-        "calibrated", "as compensated, and no wall buzzes: its stiffness is bounded by the parts"
-    ),
+    Value("calibrated", "as compensated, with a stiffness that is bounded by the parts"),
 )
 
 BASIS = enumeration(

@@ -69,8 +69,7 @@ typedef enum torsio_law {
   TORSIO_LAW_PARALLEL =
       2,  ///< fixed shares without the sensor: it sticks, and is here to show that
   TORSIO_LAW_MOTOR_ONLY = 3,  ///< no brake
-  TORSIO_LAW_CALIBRATED =
-      4,  ///< as compensated, and no wall buzzes: its stiffness is bounded by the parts
+  TORSIO_LAW_CALIBRATED = 4,  ///< as compensated, with a stiffness that is bounded by the parts
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
 

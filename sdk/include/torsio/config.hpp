@@ -16,7 +16,7 @@ enum class Law : std::uint8_t {
   compensated,  ///< the motor fills in what the brake does not hold, with its drag counted
   parallel,     ///< fixed shares without the sensor: it sticks, and is here to show that
   motor_only,   ///< no brake
-  calibrated,   ///< as compensated, and no wall buzzes: its stiffness is bounded by the parts
+  calibrated,   ///< as compensated, with a stiffness that is bounded by the parts
 };
 
 /// On what the values of actuator and shaft are based.

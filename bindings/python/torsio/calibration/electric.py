@@ -291,7 +291,11 @@ def motor(
     """
     speed = turned.angle_rad / turned.duration_s
     if np.min(speed) > 0.0 or np.max(speed) < 0.0:
-        raise Refusal("torque constant", "one_way", "the knob turned one way only: it is held")
+        raise Refusal(
+            "torque constant",
+            "one_way",
+            "the knob turned one way only: it is held, or the encoder failed",
+        )
     both = Intervals.together([held, turned])
     fit = _fit(both, believed_h / believed_ohm)
     ohm, henry, drop_v, constant = (float(value) for value in fit.value)

@@ -273,7 +273,10 @@ def _curve(edges: _Edges) -> _Curve:
     straight = _straight(edges)
     if straight.value[0] <= 0:
         raise Refusal(
-            _STEP, "unexplained", "the knob turns against the torque while the brake is held"
+            _STEP,
+            "unexplained",
+            "the knob turns against the torque while the brake is held; a hand turns it, "
+            "or the encoder or the motor is reversed",
         )
     bent = _bent(edges, straight)
     reach = float(np.ptp(edges.angle_rad)) / 2

@@ -253,7 +253,7 @@ def check_beliefs(facts: KnobFacts) -> Finding:
     swings = facts.after.unexpected_swings
     values = {"unexpected_swings": swings}
     if swings == 0:
-        text = "the configured values explain every swing that lasted"
+        text = "no swing has lasted that the configured values do not explain"
         return Finding("beliefs", True, text, values=values)
     return Finding(
         "beliefs",
