@@ -13,7 +13,7 @@ import torsio
 from tests.once import once
 from tests.studies.cluster import local_cluster, without_seconds
 from torsio import ShaftConfig
-from torsio.calibration import Refusal, calibrate, left_out
+from torsio.calibration import Refusal, calibrate, doubts
 from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.calibration.quantity import Quantity
 from torsio.printed.plant import BrakeHysteresis, Cogging, PlantParams, ShaftHardening
@@ -212,10 +212,10 @@ def test_knob_that_the_model_does_not_fit_is_refused(
 
 def test_longer_ticks_leave_out_more_and_a_board_s_nothing() -> None:
     damping = Quantity("shaft_damping_nm_s_per_rad", 2e-4, 3e-5)
-    assert [left_out.by_tick(damping, tick_s) for tick_s in (50e-6, 100e-6)] == [damping] * 2
-    slow = left_out.by_tick(damping, 1e-3).standard_uncertainty
+    added = [*(doubts.of_ticks({"": damping}, tick_s)[""] for tick_s in (50e-6, 100e-6, 1e-3))]
+    assert added[:2] == [0.0, 0.0]
     # A fiftieth of a tick beside, on a shaft of 2.87 N m/rad, is another damping of so much.
-    assert slow == pytest.approx(np.hypot(3e-5, 2.87 * 1e-3 / 50), rel=0.1)
+    assert added[2] == pytest.approx(2.87 * 1e-3 / 50, rel=0.05)
 
 
 def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:

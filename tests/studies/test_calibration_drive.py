@@ -13,7 +13,7 @@ import pytest
 import torsio
 from tests.board import pico
 from tests.studies.hidden import board_plant, calibrate_hidden, hidden_board
-from torsio.calibration import calibrate, left_out, procedure
+from torsio.calibration import calibrate, doubts, procedure
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Quantity, Refusal
 from torsio_studies.calibration.driven import (
@@ -143,9 +143,7 @@ def test_what_is_refused_under_a_drive_that_may_be_is_refused(
 def test_what_is_not_there_under_a_drive_that_may_be_is_uncertain_by_all_of_itself() -> None:
     found = {"knee_rad": Quantity("knee_rad", 0.3, 0.01)}
     for case, expected in (({"knee_rad": Quantity("knee_rad", 0.26, 0.02)}, 0.04), ({}, 0.3)):
-        knee = left_out.widened(found, case)["knee_rad"]
-        assert knee.value == 0.3
-        assert knee.standard_uncertainty == pytest.approx(math.sqrt(1e-4 + expected**2))
+        assert abs(doubts.differences(found, case)["knee_rad"]) == pytest.approx(expected)
 
 
 def test_simple_loop_stays_behind_a_back_emf_that_grows_as_if_there_were_more_inertia() -> None:

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from torsio.calibration.brake_curve import BrakeCurve, curve_of
 from torsio.calibration.free import Free
-from torsio.calibration.left_out import honest
 from torsio.calibration.numeric import Solution, gauss_newton, kernel, linear, play_of, smooth
 from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
@@ -315,7 +314,7 @@ def estimate_brake(log: Run, free: Free, flexible_s2: float, *, demagnetised: bo
     curve = curve_of(
         time_s, measured, fitted_nm - friction, (stairs.begins_s, stairs.commands_nm),
         gain=gain, half_width_nm=width,
-        friction=honest(free.coulomb).less("friction_nm", left, "the loop aside"),
+        friction=free.coulomb.less("friction_nm", left, "the loop aside"),
     )  # fmt: skip
 
     def lag(name: str, value: float, at: int, way: str) -> Quantity:

@@ -227,17 +227,6 @@ class Circuit:
             )
         }
 
-    def scaled(self, quantity: Quantity) -> Quantity:
-        """Give a quantity that is proportional to torque, with every torque's uncertainty."""
-        if not quantity.name.endswith(_OF_TORQUE):
-            return quantity
-        sigma = math.hypot(quantity.standard_uncertainty, self.torque_share * quantity.value)
-        return replace(quantity, standard_uncertainty=sigma)
-
-
-# They are measured in torques of the motor.
-_OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
-
 
 class CircuitSteps:
     """The steps of a device that measures its motor's current.

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from torsio.calibration.brake import STAIRS_RAD_S, Brake
+from torsio.calibration.brake import Brake
 from torsio.calibration.drive import Drive
 from torsio.calibration.free import Free
-from torsio.calibration.left_out import by_brake, honest
 from torsio.calibration.play import Run
 from torsio.calibration.quantity import Quantity
 from torsio.calibration.shaft import Shaft
 
-__all__ = ["Known", "Parts", "Runs", "quantities_of"]
+__all__ = ["Known", "Parts", "Quantities", "Runs", "quantities_of"]
 
 # The brake's side has from none up to this share of all viscous friction, each value as likely.
 # Knob and brake turn alike in every experiment, so nothing tells them apart.
 _BRAKE_VISCOUS = 0.25
-# The inertia that a drive adds is known to this share: winding and supply may be a tenth off each.
-_ADDED_SIGMA = 0.2
-# Share of the cogging that is left in the dry friction; and of inertia and viscous friction.
-_OF_COGGING, _OF_BENDS = 2e-3, 8e-4
 
 
 @dataclass(frozen=True)
@@ -63,6 +59,8 @@ class Known:
 
 
 Runs = tuple[Run, ...]
+Quantities = dict[str, Quantity]
+"""By name."""
 
 
 def _knob_viscous(viscous: Quantity) -> Quantity:
@@ -78,48 +76,32 @@ def _knob_viscous(viscous: Quantity) -> Quantity:
     )
 
 
-def _with_bends(parts: Parts) -> Parts:
-    """Add what cogging and bent shafts leave in the others: found on numbers 2000 to 2039."""
-    free, shaft = parts.free, parts.shaft
-    bent = 0.0 if shaft.factor is None else abs(math.log(shaft.factor.value))
-    wave, through = free.amplitude, free.through_shaft
-    waves = [*free.cogging.periods_per_rev, 0][0]
-    share = _OF_BENDS if through > 0.05 or bent else 0.0
-    damping = shaft.damping
-    return replace(
-        parts,
-        free=replace(
-            free,
-            inertia=free.inertia.wider(share * free.inertia.value),
-            coulomb=free.coulomb.wider(_OF_COGGING * wave.value),
-            viscous=free.viscous.wider(share * free.viscous.value),
-        ),
-        shaft=replace(
-            shaft,
-            stiffness=shaft.stiffness.wider(wave.standard_uncertainty * waves),
-            backlash=shaft.backlash.wider(0.3 * through * wave.value / shaft.stiffness.value),
-            knob_coulomb=shaft.knob_coulomb.wider(0.02 * through * shaft.knob_coulomb.value),
-            damping=damping and damping.wider((3.0 * through + 0.35 * bent) * damping.value),
-        ),
-    )
+def quantities_of(
+    parts: Parts, drive: Drive | None, doubted: Callable[[Quantity], Quantity] = lambda of: of
+) -> Quantities:
+    """Give all quantities by name.
 
-
-def quantities_of(parts: Parts, drive: Drive | None) -> dict[str, Quantity]:
-    """Give all quantities by name, with uncertainties that know what the models leave out."""
-    parts = _with_bends(parts)
+    Parameters
+    ----------
+    doubted
+        Gives a fit's quantity with what the fit does not know. What is left when one is taken off
+        another then has the doubts of both.
+    """
     free, shaft, brake = parts.free, parts.shaft, parts.brake
     added = 0.0 if drive is None else drive.added_kg_m2
 
     def without_added(inertia: Quantity) -> Quantity:
-        part = Quantity("", added, _ADDED_SIGMA * added)
-        return honest(inertia.less(inertia.name, part, inertia.meaning))
+        return doubted(replace(inertia, value=inertia.value - added))
 
-    inertia, knob_coulomb = without_added(free.inertia), honest(shaft.knob_coulomb)
+    inertia, coulomb, viscous = (
+        without_added(free.inertia),
+        *map(doubted, (free.coulomb, free.viscous)),
+    )
+    knob_coulomb = doubted(shaft.knob_coulomb)
     found = [
-        *(inertia, free.coulomb, free.viscous, free.offset),
-        _knob_viscous(honest(free.viscous)),
-        *(shaft.stiffness, shaft.backlash, knob_coulomb),
-        *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
+        *(inertia, coulomb, viscous, doubted(free.offset), _knob_viscous(viscous)),
+        *(doubted(shaft.stiffness), doubted(shaft.backlash), knob_coulomb),
+        *(doubted(of) for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
     if shaft.knob_inertia is not None:
         knob_inertia = without_added(shaft.knob_inertia)
@@ -128,13 +110,11 @@ def quantities_of(parts: Parts, drive: Drive | None) -> dict[str, Quantity]:
             inertia.less("brake_inertia_kg_m2", knob_inertia, "of pulleys and brake"),
         ]
     if brake is not None:
-        held_off = honest(free.coulomb).less("", knob_coulomb, "")
         found.append(
-            held_off.less(
+            coulomb.less("", knob_coulomb, "").less(
                 "brake_drag_nm", brake.left, "what the brake holds with no current, its loop aside"
             )
         )
-        found += [free.amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
-    done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
-    named = {of.name: of if of.name in done else honest(of) for of in found}
-    return named if brake is None else by_brake(named, brake.top_nm, STAIRS_RAD_S)
+        fits = (free.amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release)
+        found += map(doubted, fits)
+    return {of.name: of for of in found}

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from torsio.calibration.brake_curve import BrakeCurve
-from torsio.calibration.circuit import Circuit, CircuitSteps
+from torsio.calibration.circuit import CircuitSteps
+from torsio.calibration.doubts import with_doubts
 from torsio.calibration.drive import Drive
-from torsio.calibration.found import Known, Parts, Runs, quantities_of
+from torsio.calibration.found import Known, Parts, Runs
 from torsio.calibration.free import FAST_RAD_S, FREE_LIMIT_RAD_S
-from torsio.calibration.left_out import (
-    LEFT_OUT,
-    LEFT_OUT_BY_DRIVE,
-    LEFT_OUT_BY_SIMPLE_LOOP,
-    by_tick,
-    widened,
-    with_left_out,
-)
 from torsio.calibration.play import Player
 from torsio.calibration.proposal import Calibration, put_together
-from torsio.calibration.quantity import Quantity, Refusal
+from torsio.calibration.quantity import Refusal
 from torsio.calibration.shaft import pull_of
 from torsio.calibration.steps import STEPS, Plan, Step, steps_of
 from torsio.common import checks
@@ -35,7 +27,6 @@ _BRAKE_SHARE = 0.95
 # Reasons that too small a torque may give.
 _OF_WEAKNESS = ("still", "inertia", "rigid")
 
-_Found = tuple[dict[str, Quantity], BrakeCurve | None]
 # The runs of a calibration, by what estimates from them.
 _Played = dict[Callable[[Runs, Known], Known], Runs]
 
@@ -103,7 +94,11 @@ def calibrate(
     except Refusal as error:
         raise _with_cap(error, plan, control) from None
     circuit = None if electric is None else electric.found
-    found = _with_doubts(known, played, circuit, player.drive)
+    drive = player.drive
+    # A refusal at the bound stands: nobody would know how far the value is from the truth.
+    others = [(one, _parts_of(played, one)) for one in (drive.others() if drive else ())]
+    tick_s = 1.0 / knob.info.control_rate_hz
+    found = with_doubts(known.parts, tick_s=tick_s, drive=drive, others=others, circuit=circuit)
     return put_together(knob, actuator, known.parts, found, circuit, seconds, ambient_c)
 
 
@@ -169,41 +164,3 @@ def _with_cap(error: Refusal, plan: Plan, control: ControlConfig) -> Refusal:
         f"Otherwise {str(error).removeprefix(f'{error.step}: ')}"
     )
     return Refusal(error.step, "limited", sentence, **error.facts)
-
-
-def _with_doubts(
-    known: Known, played: _Played, circuit: Circuit | None, drive: Drive | None
-) -> _Found:
-    """Give the quantities and the brake's curve with all that the models leave out."""
-    assert known.turns is not None
-    quantities = quantities_of(known.parts, drive)
-    found = {name: by_tick(of, known.turns.tick_s) for name, of in quantities.items()}
-    brake = known.brake
-    curve = None if brake is None else brake.curve.with_left_out(*LEFT_OUT["brake_curve"])
-    if drive is not None:
-        found, curve = _with_drives(found, curve, played, drive)
-    if circuit is not None:
-        found = {of.name: of for of in circuit.quantities} | {
-            name: circuit.scaled(of) for name, of in found.items()
-        }
-        if curve is not None:
-            curve = curve.with_left_out(circuit.torque_share, 0.0)
-    return found, curve
-
-
-def _with_drives(
-    found: dict[str, Quantity], curve: BrakeCurve | None, played: _Played, drive: Drive
-) -> _Found:
-    """Widen the uncertainties by the errors of this drive and of other drives."""
-    found = {name: with_left_out(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
-    if not drive.predicts:
-        found = {name: with_left_out(of, LEFT_OUT_BY_SIMPLE_LOOP) for name, of in found.items()}
-    if curve is not None:
-        curve = curve.with_left_out(*LEFT_OUT_BY_DRIVE["brake_curve"])
-    for one in drive.others():
-        # A refusal at the bound stands: nobody would know how far the value is from the truth.
-        other = _parts_of(played, one)
-        found = widened(found, quantities_of(other, one))
-        if curve is not None and other.brake is not None:
-            curve = curve.widened(other.brake.curve)
-    return found, curve

@@ -1,0 +1,160 @@
+"""Doubts: the uncertainties that no fit knows of itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from torsio.calibration.brake import STAIRS_RAD_S
+from torsio.calibration.brake_curve import BrakeCurve
+from torsio.calibration.circuit import Circuit
+from torsio.calibration.drive import Drive
+from torsio.calibration.found import Parts, Quantities, quantities_of
+from torsio.calibration.left_out import (
+    LEFT_OUT,
+    LEFT_OUT_BY_DRIVE,
+    LEFT_OUT_BY_SIMPLE_LOOP,
+    LEFT_OUT_BY_TICK,
+    STATED_TOO_WIDE,
+    TICK_S,
+)
+from torsio.calibration.quantity import Quantity
+
+__all__ = ["differences", "of_ticks", "with_doubts"]
+
+_Table = Mapping[str, tuple[float, float]]  # a share of the value, and at least
+_Doubt = dict[str, float]  # what is added to an uncertainty, by the quantity's name
+_Others = Sequence[tuple[Drive, Parts]]
+
+# The inertia that a drive adds is known to this share: winding and supply may be a tenth off each.
+_ADDED_SIGMA = 0.2
+# Share of the cogging that is left in the dry friction; and of inertia and viscous friction.
+_OF_COGGING, _OF_BENDS = 2e-3, 8e-4
+# Ends of the names of what is measured in torques of the motor.
+_OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
+
+
+def with_doubts(
+    parts: Parts,
+    *,
+    tick_s: float,
+    drive: Drive | None = None,
+    others: _Others = (),
+    circuit: Circuit | None = None,
+) -> tuple[Quantities, BrakeCurve | None]:
+    """Give all quantities and the brake's curve, with all that their fits cannot know.
+
+    Nothing else changes the uncertainty of a quantity after its fit. Each doubt is independent of
+    the fit and of the other doubts, so its square is added:
+
+    - of a fit: what cogging and a bent shaft leave in it; the inertia that the drive seems to add;
+      then what its model leaves out, of which it may have taken a part for chance;
+    - of the brake: stairs that are faster than the shaft, or lie within a wide loop;
+    - of a long tick: when a torque began;
+    - of the drive: errors of every current loop, and those of the simple one;
+    - of other drives that may be as well: the difference that each would make;
+    - of the torque constant, in the measure of which every torque is.
+
+    Parameters
+    ----------
+    others
+        What the motor's drive may be as well, each with its estimates from the same runs.
+    """
+    added = 0.0 if drive is None else _ADDED_SIGMA * drive.added_kg_m2
+    of_fit = (_bends(parts), {"inertia_kg_m2": added, "knob_inertia_kg_m2": added})
+
+    def doubted(fit: Quantity) -> Quantity:
+        for doubt in of_fit:
+            fit = fit.wider(doubt.get(fit.name, 0.0))
+        sigma = STATED_TOO_WIDE.get(fit.name, 1.0) * fit.standard_uncertainty
+        return replace(fit, standard_uncertainty=sigma).wider(_left_out(fit, LEFT_OUT))
+
+    found = quantities_of(parts, drive, doubted)
+    tables = [] if drive is None else [LEFT_OUT_BY_DRIVE]
+    tables += [] if drive is None or drive.predicts else [LEFT_OUT_BY_SIMPLE_LOOP]
+    share = 0.0 if circuit is None else circuit.torque_share
+    doubts = (
+        {} if parts.brake is None else _stairs(found, parts.brake.top_nm),
+        of_ticks(found, tick_s),
+        *({name: _left_out(of, table) for name, of in found.items()} for table in tables),
+        *(differences(found, quantities_of(its, other)) for other, its in others),
+        {name: share * of.value for name, of in found.items() if name.endswith(_OF_TORQUE)},
+    )
+    for doubt in doubts:
+        found = {name: of.wider(doubt.get(name, 0.0)) for name, of in found.items()}
+    of_circuit = {} if circuit is None else {of.name: of for of in circuit.quantities}
+    return of_circuit | found, _curve(parts, [LEFT_OUT, *tables], others, share)
+
+
+def _curve(
+    parts: Parts, tables: Sequence[_Table], others: _Others, share: float
+) -> BrakeCurve | None:
+    """Give the brake's curve with the doubts that concern it, in the same order."""
+    if parts.brake is None:
+        return None
+    curve = parts.brake.curve
+    for table in tables:
+        curve = curve.with_left_out(*table.get("brake_curve", (0.0, 0.0)))
+    for _, its in others:
+        if its.brake is not None:
+            curve = curve.widened(its.brake.curve)
+    return curve.with_left_out(share, 0.0)
+
+
+def _left_out(quantity: Quantity, table: _Table) -> float:
+    share, least = table.get(quantity.name, (0.0, 0.0))
+    return math.hypot(share * quantity.value, least)
+
+
+def _bends(parts: Parts) -> _Doubt:
+    """Give what cogging and bent shafts leave in the others: found on numbers 2000 to 2039."""
+    free, shaft = parts.free, parts.shaft
+    bent = 0.0 if shaft.factor is None else abs(math.log(shaft.factor.value))
+    wave, through = free.amplitude, free.through_shaft
+    waves = [*free.cogging.periods_per_rev, 0][0]
+    share = _OF_BENDS if through > 0.05 or bent else 0.0
+    damping = 0.0 if shaft.damping is None else shaft.damping.value
+    return {
+        "inertia_kg_m2": share * free.inertia.value,
+        "coulomb_nm": _OF_COGGING * wave.value,
+        "viscous_nm_s_per_rad": share * free.viscous.value,
+        "stiffness_nm_per_rad": wave.standard_uncertainty * waves,
+        "backlash_rad": 0.3 * through * wave.value / shaft.stiffness.value,
+        "knob_coulomb_nm": 0.02 * through * shaft.knob_coulomb.value,
+        "shaft_damping_nm_s_per_rad": (3.0 * through + 0.35 * bent) * damping,
+    }
+
+
+def _stairs(found: Quantities, top_nm: float) -> _Doubt:
+    """Give what a fast brake and a wide loop leave out of stairs up to a torque.
+
+    A brake whose torque rises faster than the turning knob winds the shaft stops for a moment. And
+    a loop that takes most of the stairs leaves little of them. Found on the numbers 300 to 315.
+    """
+    stiffness = found["stiffness_nm_per_rad"].value
+    inertia = max(found["brake_inertia_kg_m2"].value, 0.0)
+    winds_s = math.hypot(top_nm / (stiffness * STAIRS_RAD_S), math.sqrt(inertia / stiffness))
+    added = {}
+    share = 0.0
+    for name in ("rise_s", "release_s"):
+        fast = math.exp(-((found[name].value / (3.5 * winds_s)) ** 2))
+        added[name] = fast * winds_s / 4.0
+        share = max(share, 0.4 * fast * winds_s)
+    loop_nm = found["hysteresis_nm"].value
+    added["hysteresis_nm"] = 0.25 * share * top_nm
+    added["brake_gain"] = share + 0.25 * (loop_nm / top_nm) ** 4
+    added["brake_drag_nm"] = 0.5 * share * top_nm + loop_nm * added["brake_gain"]
+    return added
+
+
+def of_ticks(found: Quantities, tick_s: float) -> _Doubt:
+    """Give what a tick longer than others leaves out."""
+    long = max(tick_s - TICK_S, 0.0) / 1e-3
+    return {name: long * _left_out(of, LEFT_OUT_BY_TICK) for name, of in found.items()}
+
+
+def differences(found: Quantities, other: Quantities) -> _Doubt:
+    """Give how far another case is; a missing quantity counts as zero there."""
+    values = {name: of.value for name, of in other.items()}
+    return {name: values.get(name, 0.0) - of.value for name, of in found.items()}
