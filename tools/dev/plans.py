@@ -139,8 +139,8 @@ def _tests(names: Sequence[str]) -> list[str]:
     return [*paths, *(f"--ignore={file}" for file in below)]
 
 
-def plan(words: Sequence[str]) -> Plan:
-    """Choose groups by the words behind ``./dev test``: names of groups, then pytest's own."""
+def _named(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the groups that come first among the words, and the words behind them."""
     names: list[str] = []
     rest = list(words)
     while rest and rest[0] in (*GROUPS, "all"):
@@ -149,19 +149,22 @@ def plan(words: Sequence[str]) -> Plan:
     alone = [name for name in dict.fromkeys(names) if name in ("slow", "games")]
     if alone and len(set(names)) > 1:
         raise UsageError(f"'{alone[0]}' leaves out tests of other groups; run it alone")
+    return list(dict.fromkeys(names)), rest
+
+
+def plan(words: Sequence[str]) -> Plan:
+    """Choose groups by the words behind ``./dev test``: names of groups, then pytest's own."""
+    names, rest = _named(words)
     paths = _paths(rest)
     if paths:
         found = [name for path in paths for name in _of_path(path)]
         return Plan(tuple(dict.fromkeys([*names, *found])), (*_tests(names), *rest))
-    whole = all(_HARMLESS.fullmatch(word) for word in rest)
     if not names and any(word.startswith(("-k", "-m")) for word in rest):
         return Plan(QUICK, (*_tests(QUICK), *rest))
     digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
-    left_out = [
-        name
-        for name, digest in with_tools(digests).items()
-        if not names and stamp_is(_stamp(name), digest)
-    ]
+    known = {} if names else with_tools(digests)
+    left_out = [name for name, digest in known.items() if stamp_is(_stamp(name), digest)]
     chosen = [name for name in digests if name not in left_out]
+    whole = all(_HARMLESS.fullmatch(word) for word in rest)
     run = {name: digests[name] for name in chosen} if whole else {}
     return Plan(tuple(chosen), (*_tests(chosen), *rest), tuple(left_out), run)

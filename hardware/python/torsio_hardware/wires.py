@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from torsio_hardware.drawing import page
 from torsio_hardware.knob import Knob
@@ -142,57 +142,66 @@ def _way(begin: tuple[int, int], end: tuple[int, int], lane: int) -> list[tuple[
     return [begin, (begin[0], above), (side, above), (side, end[1]), end]
 
 
+def _at(column: float, row: float) -> tuple[float, float]:
+    """Give the place of a hole in the picture."""
+    return (column + 1) * _PITCH, (row + 2) * _PITCH
+
+
 def board_svg(knob: Knob) -> str:
     """Draw the perfboard from above: modules, resistors, and the wires between them."""
+    holes = [_at(column, row) for column in range(HOLES[0]) for row in range(HOLES[1])]
+    shapes = [f'<circle cx="{x:g}" cy="{y:g}" r="2" class="dot"/>' for x, y in holes]
+    shapes += [*_modules(), *_resistors(), *_wires(knob)]
+    for n, words in enumerate(_LEGEND):
+        x, y = _at(0, HOLES[1] + n)
+        shapes += [f'<text x="{x:g}" y="{y:g}">{words}</text>']
+    return page((HOLES[0] + 1) * _PITCH, (HOLES[1] + 6) * _PITCH, shapes)
 
-    def at(column: float, row: float) -> tuple[float, float]:
-        return (column + 1) * _PITCH, (row + 2) * _PITCH
 
-    shapes = [
-        f'<circle cx="{x:g}" cy="{y:g}" r="2" class="dot"/>'
-        for x, y in (at(column, row) for column in range(HOLES[0]) for row in range(HOLES[1]))
-    ]
+def _modules() -> Iterator[str]:
     for name, (left, top, right, bottom) in MODULES.items():
-        (x, y), (far, low) = at(left - 0.4, top - 0.4), at(right + 0.4, bottom + 0.4)
-        shapes += [
+        (x, y), (far, low) = _at(left - 0.4, top - 0.4), _at(right + 0.4, bottom + 0.4)
+        yield (
             f'<rect x="{x:g}" y="{y:g}" width="{far - x:g}" height="{low - y:g}" '
-            'style="fill-opacity:.85"/>',
-            *(
+            'style="fill-opacity:.85"/>'
+        )
+        for n, word in enumerate(reversed(name.split())):
+            yield (
                 f'<text x="{(x + far) / 2:g}" y="{min(low - 5, y + 110) - 13 * n:g}" '
                 f'text-anchor="middle">{word}</text>'
-                for n, word in enumerate(reversed(name.split()))
-            ),
-        ]
-    shapes += [_line([at(8, 8), at(8, _GROUND_ROW), at(23.5, _GROUND_ROW)], "#000")]
+            )
+
+
+def _resistors() -> Iterator[str]:
+    """Draw them with their wires, and a ring round each hole at ground."""
+    yield _line([_at(8, 8), _at(8, _GROUND_ROW), _at(23.5, _GROUND_ROW)], "#000")
     pulled = [_TERMINALS[end] for end in PULLED_DOWN]
     resistors = [((x + 0.35, _GROUND_ROW), (x + 0.35, y), (x, y)) for x, y in pulled]
     resistors += [((x, 14), (x, 12), (to, 12)) for x, to in ((3, 4), (4, 4), (5, 5), (6, 5))]
     for points in resistors:
-        (x, y), (_, far), _ = on = [at(*point) for point in points]
-        shapes += [
-            _line(on, "#000"),
-            f'<rect x="{x - 4:g}" y="{(y + far) / 2 - 11:g}" width="8" height="22"/>',
-        ]
-    for x, y in (at(*hole) for hole in (*GROUNDS.values(), (6, 14))):
-        shapes += [f'<circle cx="{x:g}" cy="{y:g}" r="5"/>']
+        (x, y), (_, far), _ = on = [_at(*point) for point in points]
+        yield _line(on, "#000")
+        yield f'<rect x="{x - 4:g}" y="{(y + far) / 2 - 11:g}" width="8" height="22"/>'
+    for x, y in (_at(*hole) for hole in (*GROUNDS.values(), (6, 14))):
+        yield f'<circle cx="{x:g}" cy="{y:g}" r="5"/>'
+
+
+def _wires(knob: Knob) -> Iterator[str]:
+    """Draw the wires between the modules, with their numbers at both ends."""
     lane = 0
     labels = defaultdict[tuple[tuple[int, int], str, str], list[str]](list)
     for n, (begin, end, kind, _) in enumerate(wiring(knob)):
         first, last = place(begin), place(end)
         if first is not None and last is not None:
             lane += first[1] == 1
-            shapes += [_line((at(*point) for point in _way(first, last, lane)), _COLOURS[kind])]
+            yield _line((_at(*point) for point in _way(first, last, lane)), _COLOURS[kind])
             for hole, label in ((first, begin), (last, end)):
                 terminal = "" if label in MODULES else label.split()[-1]
                 labels[hole, terminal, kind].append(str(n + 1))
     for (hole, label, kind), numbers in labels.items():
-        x, y = at(*hole)
-        shapes += [
+        x, y = _at(*hole)
+        yield (
             f'<circle cx="{x:g}" cy="{y:g}" r="4" style="fill:{_COLOURS[kind]}"/>'
             f'<text class="small" transform="translate({x + 3:g} {y + 7:g}) rotate(50)">'
             f"{label} {'+'.join(numbers)}</text>"
-        ]
-    for n, words in enumerate(_LEGEND):
-        x, y = at(0, HOLES[1] + n)
-        shapes += [f'<text x="{x:g}" y="{y:g}">{words}</text>']
-    return page((HOLES[0] + 1) * _PITCH, (HOLES[1] + 6) * _PITCH, shapes)
+        )

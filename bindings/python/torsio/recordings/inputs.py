@@ -148,11 +148,7 @@ def _orders(recorded: Recorded) -> list[_Order]:
     rate = recorded.metadata["info"]["control_rate_hz"]
     # The answer to disarming comes once the torque has gone: docs/explanation/architecture.md.
     letting_go = round(min(LET_GO_S, control["passive_ramp_s"]) * rate)
-    answers: dict[tuple[int, int], list[dict[str, Any]]] = {}
-    for _, sent, content in recorded.reports:
-        name, values = protocol.decode(content)
-        if not sent and name == "acknowledgement":
-            answers.setdefault((values["report"], values["sequence"]), []).append(values)
+    answers = _answers(recorded)
     busy = {values["tick"] for found in answers.values() for values in found}
     orders: list[_Order] = []
     for guess, content in _sent(recorded):
@@ -176,6 +172,16 @@ def _orders(recorded: Recorded) -> list[_Order]:
         is_zero = op == "zero" and answer is not None and answer["status"] == 0
         orders.append(_Order(tick, kind, content, is_zero))
     return sorted(orders, key=lambda order: order.tick)
+
+
+def _answers(recorded: Recorded) -> dict[tuple[int, int], list[dict[str, Any]]]:
+    """Give the acknowledgements by report and sequence number, in their order."""
+    answers: dict[tuple[int, int], list[dict[str, Any]]] = {}
+    for _, sent, content in recorded.reports:
+        name, values = protocol.decode(content)
+        if not sent and name == "acknowledgement":
+            answers.setdefault((values["report"], values["sequence"]), []).append(values)
+    return answers
 
 
 def _sent(recorded: Recorded) -> Iterator[tuple[int, bytes]]:
