@@ -111,6 +111,9 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
     spring_nm = sense_piece<true>(state.sensor, middle, delta_rad, capacity_nm);
   }
   const float certain_nm = state.bound.trust * (capacity_nm + middle.brake_side.countered_nm);
+  if (absolute(spring_nm) <= certain_nm) [[likely]]
+    return spring_nm;
+  judge_ringing(state.bound, spring_nm, state.tick);
   return clamp_number(spring_nm, certain_nm);
 }
 

@@ -19,6 +19,7 @@ struct BoundParams {
   std::uint32_t slow_ticks = 0;     // no swing that lives on a wrong guess takes longer
   float quiet_share = 1;            // of it with which a count switches less than friction holds
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
+  std::uint32_t noise_ticks = 0;    // a shorter one may be the encoder's noise under a slow hand
 };
 
 /// Share of the stable stiffness.
@@ -43,7 +44,8 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, const Res
   params.slow_ticks = round_to_u32(0.15F / resolution.period_s);
   params.quiet_share =
       smaller(larger(friction_nm / params.slope_nm_per_count, params.least_share), 1.0F);
-  params.flicker_ticks = round_to_u32(0.2F / resolution.period_s);
+  params.flicker_ticks = round_to_u32(1.0F / resolution.period_s);
+  params.noise_ticks = round_to_u32(0.05F / resolution.period_s);
   return params;
 }
 
@@ -74,6 +76,9 @@ struct BoundState {
   float asked_nm = 0;                   // at the last tick: while `on_line`
   float line_nm = 0;     // the torque of the spring that bounds, which may be beyond what is asked
   float in_time_nm = 0;  // its part that does not come from the knob's motion
+  bool rang_up = false;  // which way the sensed torque last went beyond what the motor may take up
+  std::uint32_t rings = 0;      // in a row that it did so to and fro
+  std::uint32_t ring_tick = 0;  // of the last one
 };
 
 /// Compares with nothing.
@@ -99,6 +104,9 @@ inline constexpr std::uint32_t kUnexpected = 4;
 
 /// So many changes of the count in a row are a flicker and no step of a hand.
 inline constexpr std::uint32_t kFlickers = 8;
+
+/// So many changes of side in a row and the sensor rings.
+inline constexpr std::uint32_t kRings = 8;
 
 constexpr void set_share(BoundState& state, float share) {
   state.share = share;
@@ -145,9 +153,7 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   }
   if (state.flickers == 0) state.flicker_begin = now;
   state.flicker_tick = now;
-  // A slow hand goes on sooner, though its counts flicker with the encoder's noise.
-  if (++state.flickers < kFlickers || now - state.flicker_begin < state.params.flicker_ticks / 4)
-    return;
+  if (++state.flickers < kFlickers || now - state.flicker_begin < state.params.noise_ticks) return;
   state.flickers = 0;
   state.flickered = true;
   if (state.share > state.params.quiet_share) {
@@ -155,6 +161,20 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   } else {
     state.trust = larger(0.6F * state.trust, state.params.least_share);
   }
+}
+
+/// The sensed torque is more than the motor may take up. A sensor that rings so, quickly and for
+/// long, is kept ringing by the motor's answers. The knob need not swing: it may be dragged on one
+/// way, or by less than a swing. Out of line, for that is rare.
+[[gnu::noinline]] constexpr void judge_ringing(BoundState& state, float spring_nm,
+                                               std::uint64_t tick) {
+  const bool up = spring_nm > 0.0F;
+  if (up == state.rang_up) return;
+  const auto now = static_cast<std::uint32_t>(tick);
+  if (now - state.ring_tick > state.params.buzz_ticks) state.rings = 0;
+  state.rang_up = up;
+  state.ring_tick = now;
+  if (++state.rings > kRings) state.trust = larger(0.6F * state.trust, state.params.least_share);
 }
 
 /// Whether the parts can render the scene along the swing that has ended, as they are configured.

@@ -231,21 +231,49 @@ FOUND = (
          1.2593, 0.77587, 1.0959, 1.1392, 0.7693, 0.92293, 1.1066, 0.00020163, 0.004606, 0.71209,
          0.00284, 22.494, 0.041531, 0.75704, 1.23, 0.22867, 11.238, 0.11017, 2.1301e-06,
          0.020458)),
+    (88, (0.9316, 0.5009, 0.8972, 1.401, 0.5165, 1.859, 0.858, 1.362, 1.264, 1.142, 1.161,
+         0.8053, 0.8969, 0.8328, 0.5126, 1.271, 0.01024, 0.04892, 0.6827, 0.00204, 0.3001,
+         0.03975, 0.3405, 1.407, 0.4856, 16.57, 1.992, 1.244e-06, 0.1603)),
+    (250, (0.94752, 0.73287, 1.9878, 1.138, 0.76889, 0.51759, 0.56145, 1.0385, 1.2167, 1.0067,
+         0.93361, 1.2481, 0.82494, 1.0367, 0.52407, 1.36, 0.00025781, 0.015455, 0.6006,
+         0.00032351, 181.94, 0.13797, 0.61088, 1.0292, 0.95814, 1.0861, 2.8604, 1.7087e-06,
+         1.3399)),
+    (991, (0.9864, 1.469, 0.7349, 1.522, 0.5489, 0.5056, 1.263, 1.949, 1.068, 1.114, 1.3,
+         1.199, 0.8717, 1.27, 0.7034, 0.6844, 0.007296, 0.00302, 0.5034, 0.0002042, 0.352,
+         0.1042, 0.3805, 1.606, 0.3177, 2.118, 0.1104, 3.923e-06, 0.268)),
+    (1310, (1.17868, 0.655269, 1.99832, 1.86939, 0.647448, 0.628935, 0.66007, 1.76083,
+         0.942644, 1.09929, 1.29226, 0.769305, 1.20611, 1.04945, 0.739162, 1.8991, 0.00923651,
+         0.0499824, 0.694035, 1.0113e-05, 0.74018, 0.0273881, 0.331451, 1.00405, 0.649718,
+         15.8714, 0.49413, 6.56476e-07, 0.110762)),
+    (1393, (1.0087, 0.64798, 1.5202, 1.9296, 1.589, 1.8804, 1.6852, 0.80247, 0.98511, 1.2982,
+         1.2135, 1.2688, 1.2831, 1.294, 0.81934, 1.1883, 0.0087051, 0.037939, 1.1763,
+         0.0005374, 0.36602, 0.031344, 0.30565, 1.6833, 0.69308, 13.406, 1.3793, 2.562e-06,
+         0.024698)),
 )  # fmt: skip
 
 
 @pytest.mark.parametrize(("number", "values"), FOUND)
 def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, ...]) -> None:
-    """Swings that hide turns, are wide and narrow by turns, or nearly as slow as a hand."""
+    """Swings that hide turns, are wide and narrow by turns, or nearly as slow as a hand.
+
+    And motors that answer their own sensor.
+    """
     case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
     options = options_of(case, dict(zip(SPACE, values, strict=True)))
     assert not breaks(case, measure([options])[0])
 
 
-@pytest.mark.parametrize("drag", [0.8, 1.0, 1.2])
-def test_knob_rests_under_a_constant_torque_below_its_friction(drag: float) -> None:
-    """A drag that is told smaller makes it hum: docs/results/falsify.md."""
-    actuator = replace(PLANT.matching_config(), brake_drag_nm=drag * PLANT.brake_drag_nm)
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [
+        *(("brake_drag_nm", factor) for factor in (0.5, 0.7, 1.0, 1.2)),
+        ("brake_inertia_kg_m2", 0.77),
+        ("spring_stiffness_nm_per_rad", 1.3),
+    ],
+)
+def test_knob_rests_under_a_constant_torque_below_its_friction(name: str, factor: float) -> None:
+    right = PLANT.matching_config()
+    actuator = replace(right, **{name: factor * getattr(right, name)})
     thrown = [
         LoopOptions(
             scene=Curve(angle_rad=500.0, span_rad=0.3, torque_nm=[torque_nm, torque_nm, 0.0, 0.0]),

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <initializer_list>
 #include <limits>
 #include <utility>
@@ -157,6 +158,7 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
   BoundBench bench;
   bench.state.params.quiet_share = 0.3F;
   bench.state.params.flicker_ticks = 32;
+  bench.state.params.noise_ticks = 8;
   bench.swing(3, 1);
   double share = 1.0;
   double trust = 1.0;
@@ -178,6 +180,49 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
   bench.step(0.0, -1);
   CHECK(bench.state.share == 1.0F);
   CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves the bound alone") {
+  BoundBench bench;
+  const auto ring = [&](int times, std::uint64_t ticks) {
+    for (int n = 0; n < times; ++n) {
+      bench.now += ticks;
+      judge_ringing(bench.state, n % 2 == 0 ? 1.0F : -1.0F, bench.now);
+      judge_ringing(bench.state, n % 2 == 0 ? 2.0F : -2.0F, bench.now + 1);  // goes on, one way
+    }
+  };
+  bench.now = 1000;
+  ring(8, 30);  // as a hard bounce may do
+  CHECK(bench.state.trust == 1.0F);
+  ring(40, 60);  // a hand's
+  CHECK(bench.state.trust == 1.0F);
+  ring(10, 30);
+  CHECK(static_cast<double>(bench.state.trust) == Approx(0.6 * 0.6 * 0.6));
+  ring(20, 30);
+  CHECK(bench.state.trust == bench.state.params.least_share);
+  CHECK(bench.state.share == 1.0F);
+}
+
+TEST_CASE("a sensor that rings in a knob that never turns back costs the trust") {
+  for (const float drag_nm : {2e-3F, 1.0F}) {  // the second holds it
+    ControllerParams params;
+    params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+    params.brake.drag_nm = drag_nm;
+    params.shaft =
+        make_shaft_params(2.9F, std::array<ShaftKnee, kMostKnees>{}, 4e-5F, 1e-4F, 6e-3F);
+    params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
+    params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400, 1500};
+    Overlay overlay;
+    overlay.bounds = overlay.ledger = true;
+    ControllerState state;
+    std::uint32_t count = 0;
+    for (int n = 0; n < 4000; ++n) {
+      if (n % 234 == 0) count += 20;  // once in each of its periods
+      (void)control(state, params, {count, nullptr, &overlay});
+      overlay.only_bounds = true;
+    }
+    CHECK((state.bound.trust == 1.0F) == (drag_nm == 1.0F));
+  }
 }
 
 TEST_CASE("a narrow swing that hides its turns from a coarse encoder is none of a hand") {
@@ -207,6 +252,7 @@ TEST_CASE("counts that flicker for a moment only are the encoder's noise under a
   BoundBench bench;
   bench.state.params.quiet_share = 0.3F;
   bench.state.params.flicker_ticks = 80;
+  bench.state.params.noise_ticks = 20;
   bench.swing(3, 1);
   for (int part = 0; part < 5; ++part) {
     for (int n = 0; n < 18; ++n) bench.step(0.0, n % 2 == 0 ? -1 : 1);
@@ -293,6 +339,7 @@ TEST_CASE("a knob that rests after a swing is not touched, though its encoder fl
 TEST_CASE("a knob that rested between two counts is not moved by a hand when it leaves them") {
   BoundBench bench;
   bench.state.params.flicker_ticks = 32;
+  bench.state.params.noise_ticks = 8;
   for (int n = 0; n < 12; ++n) {
     bench.swing(3, n % 2 == 0 ? 1 : -1);
     for (int flick = 0; flick < 200; ++flick) bench.step(0.0, flick % 2 == 0 ? -1 : 1);
@@ -328,7 +375,8 @@ TEST_CASE("the bound begins at three times what is stable, and a hand's swing ta
   CHECK(params.slope_nm_per_count == Approx(36.0 * 2.0 * 3.14159265358979 / 8192.0));
   CHECK(params.buzz_ticks == 400);
   CHECK(params.slow_ticks == 1500);
-  CHECK(params.flicker_ticks == 2000);
+  CHECK(params.flicker_ticks == 10'000);
+  CHECK(params.noise_ticks == 500);
   CHECK(params.quiet_share * params.slope_nm_per_count == Approx(6e-3));
 }
 

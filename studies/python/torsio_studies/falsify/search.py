@@ -17,7 +17,7 @@ from torsio.printed.hands import ImpedanceHand, Profile, TorqueHand
 from torsio.telemetry import Record
 from torsio_studies.falsify.cases import SPACE, Batch, Case, options_of, values_of
 
-__all__ = ["LASTING_RAD", "LOUD_NM", "Motion", "breaks", "evaluate_batch", "measure"]
+__all__ = ["DRIVEN_W", "LASTING_RAD", "LOUD_NM", "Motion", "breaks", "evaluate_batch", "measure"]
 
 Array = npt.NDArray[np.float64]
 
@@ -26,6 +26,8 @@ REST_COUNTS: Final = 3
 """A knob that moves by more than either, whichever is larger, swings."""
 LOUD_NM: Final = VIBRATION_NM
 """Root mean square of the motor's torque at rest, above 20 Hz."""
+DRIVEN_W: Final = 1e-5
+"""Power of a motor that keeps the knob moving."""
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _LOOK_S, _WINDOW_S = 0.1, 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
@@ -140,7 +142,7 @@ def swings(case: Case, motion: Motion) -> bool:
 
 def breaks(case: Case, motion: Motion) -> bool:
     """Say whether a motion that lasts is a counter-example."""
-    return swings(case, motion) or motion.loud_nm > LOUD_NM
+    return swings(case, motion) or motion.loud_nm > LOUD_NM or motion.work_w > DRIVEN_W
 
 
 def _cost(case: Case, motion: Motion) -> float:

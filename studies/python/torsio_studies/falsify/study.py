@@ -15,9 +15,9 @@ from torsio_studies.common import Results, Study
 from torsio_studies.design.spread import complete
 from torsio_studies.design.store import Store
 from torsio_studies.falsify.cases import SPACE, batches
-from torsio_studies.falsify.search import LASTING_RAD, LOUD_NM, evaluate_batch
+from torsio_studies.falsify.search import DRIVEN_W, LASTING_RAD, LOUD_NM, evaluate_batch
 
-EVALUATION = 4
+EVALUATION = 5
 """Raise it when a try gives other numbers: results of different ones are never mixed."""
 
 
@@ -48,6 +48,7 @@ def run(study: Study) -> Results:
         "space": SPACE,
         "lasting_rad": LASTING_RAD,
         "loud_nm": LOUD_NM,
+        "driven_w": DRIVEN_W,
     }
 
 
