@@ -22,13 +22,22 @@ constexpr auto kFlightTurnsQ32 =
     static_cast<std::int64_t>(-kBeforeRad / (2.0 * std::numbers::pi) * 0x1p32);
 constexpr std::uint32_t kFineCounts = 32'768;
 constexpr double kFineCountRad = 2.0 * std::numbers::pi / kFineCounts;
-constexpr double kTickS = 50e-6;
+
+/// The rates at which it holds; doctest runs a case once for each.
+std::uint32_t period_ns() {
+  std::uint32_t period = 0;
+  SUBCASE("at 10 kHz") { period = 100'000; }
+  SUBCASE("at 20 kHz") { period = 50'000; }
+  return period;
+}
+
+double seconds(std::uint32_t period) { return 1e-9 * period; }
 
 /// A knob whose motor has no lag comes to an Impact at this speed, on a hand's spring.
-ClosedLoopOptions comes_to_impact(double speed_rad_s, double hand_nm_per_rad, float strength,
-                                  float frequency_hz) {
+ClosedLoopOptions comes_to_impact(std::uint32_t period, double speed_rad_s, double hand_nm_per_rad,
+                                  float strength, float frequency_hz) {
   ClosedLoopOptions options;
-  options.control_period_ns = 50'000;
+  options.control_period_ns = period;
   options.control.law = protocol::Law::motor_only;
   options.actuator.counts_per_rev = options.encoder.counts_per_rev = kFineCounts;
   options.plant.counts_per_rev = kFineCounts;
@@ -53,7 +62,7 @@ ClosedLoopOptions comes_to_impact(double speed_rad_s, double hand_nm_per_rad, fl
 
 std::vector<LoopRow> rows_of(const ClosedLoopOptions& options) {
   ClosedLoop loop(options);
-  std::vector<LoopRow> rows(4'000);
+  std::vector<LoopRow> rows(200'000'000 / options.control_period_ns);
   loop.run(rows.size(), rows);
   return rows;
 }
@@ -66,6 +75,7 @@ double open_energy_j(double changes_nm, double torque_nm, double moved_rad) {
 
 // The oracle is the plant's energy: of all that moves, of the shaft's spring and of the hand's.
 TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
+  const std::uint32_t period = period_ns();
   double most_taken = 0.0;
   for (const double hand_nm_per_rad : {0.5, 5.0, 40.0}) {
     for (const double speed : {0.5, 3.0, 15.0}) {
@@ -76,7 +86,7 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
           CAPTURE(strength);
           CAPTURE(frequency_hz);
           ClosedLoopOptions options =
-              comes_to_impact(speed, hand_nm_per_rad, strength, frequency_hz);
+              comes_to_impact(period, speed, hand_nm_per_rad, strength, frequency_hz);
           emulator::PlantParams& plant = options.plant;
           plant.knob_coulomb_nm = plant.knob_viscous_nm_s_per_rad = 0.0;
           plant.shaft_damping_nm_s_per_rad = 0.0;
@@ -97,7 +107,8 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
           double lowest_j = before_j;
           double worst_j = -1.0;
           for (const LoopRow& row : rows) {
-            const double open_j = open_energy_j(2.0 * most_nm, last_nm, row.speed_rad_s * kTickS);
+            const double open_j =
+                open_energy_j(2.0 * most_nm, last_nm, row.speed_rad_s * seconds(period));
             worst_j = std::max(worst_j, energy_j(row) - before_j - open_j);
             lowest_j = std::min(lowest_j, energy_j(row));
             last_nm = static_cast<double>(row.motor_command_nm);
@@ -116,6 +127,7 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
 // Wall and knock together ask for more than the motor has.
 TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
   constexpr double kMotorNm = 85e-3;
+  const std::uint32_t period = period_ns();
   double most_taken_j = 0.0;
   int saturated = 0;
   int untold = 0;
@@ -129,7 +141,7 @@ TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
             CAPTURE(strength);
             CAPTURE(frequency_hz);
             CAPTURE(slew_nm_per_s);
-            ClosedLoopOptions options = comes_to_impact(speed, 5.0, strength, frequency_hz);
+            ClosedLoopOptions options = comes_to_impact(period, speed, 5.0, strength, frequency_hz);
             options.control.motor_slew_nm_per_s = static_cast<float>(slew_nm_per_s);
             protocol::Wall wall;
             wall.side = protocol::Side::above;
@@ -138,7 +150,7 @@ TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
             options.scene.emplace_back(wall);
             const std::vector<LoopRow> rows = rows_of(options);
 
-            const double step_nm = slew_nm_per_s > 0.0 ? slew_nm_per_s * kTickS : 1.0;
+            const double step_nm = slew_nm_per_s > 0.0 ? slew_nm_per_s * seconds(period) : 1.0;
             double before_nm = 0.0;
             double knock_nm = 0.0;
             double most_nm = 0.0;
