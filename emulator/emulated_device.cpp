@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -46,17 +47,13 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
   const device::ConfigStore store(options.stored, boards::kReference.wiring_rule);
   device::Config config = store.loaded().value_or(device::Config{});
   bool any = false;
-  const auto take = [&any](const auto& given, auto& into) {
-    if (!given) return;
-    require(*given, protocol::check(*given));
-    into = *given;
-    any = true;
-  };
-  take(options.actuator, config.actuator);
-  take(options.control, config.control);
-  take(options.board, config.board);
-  take(options.game, config.game);
-  take(options.shaft, config.shaft);
+  protocol::for_each_configuration(options.given,
+                                   [&]<class Report>(const std::optional<Report>& given) {
+                                     if (!given) return;
+                                     require(*given, protocol::check(*given));
+                                     config.*protocol::PlaceOf<Report>::value = *given;
+                                     any = true;
+                                   });
   device::StoredSlots slots = options.stored;
   if (!any) return slots;
   protocol::for_each_configuration(config, [&](const auto& report) {

@@ -19,6 +19,7 @@
 #include "emulator/power_path.hpp"
 #include "emulator/usb_link.hpp"
 #include "protocol/codec.hpp"
+#include "protocol/configurations.hpp"
 #include "protocol/reports.hpp"
 #include "torsio/plant.hpp"
 
@@ -35,11 +36,7 @@ struct EmulatedDeviceOptions {
   std::string serial{kEmulatedSerial};  ///< 1 to 16 printable ASCII characters
   device::StoredSlots stored = device::empty_slots();
   /// Configuration in the storage at the start; it replaces `stored` and the defaults.
-  std::optional<protocol::ActuatorConfig> actuator{};
-  std::optional<protocol::ControlConfig> control{};
-  std::optional<protocol::BoardConfig> board{};  ///< a plant with electrics has use for it
-  std::optional<protocol::GameConfig> game{};
-  std::optional<protocol::ShaftConfig> shaft{};
+  protocol::GivenConfigurations given{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
   bool log_inputs = false;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <tuple>
 
@@ -26,6 +27,16 @@ struct Configurations {
   GameConfig game;
   ShaftConfig shaft;
   CalibrationConfig calibration;
+};
+
+/// Some of them.
+struct GivenConfigurations {
+  std::optional<ActuatorConfig> actuator{};
+  std::optional<ControlConfig> control{};
+  std::optional<BoardConfig> board{};
+  std::optional<GameConfig> game{};
+  std::optional<ShaftConfig> shaft{};
+  std::optional<CalibrationConfig> calibration{};
 };
 
 /// Where a report has its place among them.

@@ -61,8 +61,10 @@ void send(EmulatedDevice& device, const Report& report) {
 std::unique_ptr<EmulatedDevice> make_device(std::int64_t period_ns, double seconds) {
   protocol::ControlConfig control;
   control.autonomous = protocol::Toggle::on;  // this host sends nothing while it measures
-  auto device = std::make_unique<EmulatedDevice>(EmulatedDeviceOptions{
-      .control_period_ns = period_ns, .hand = busy_hand(seconds + 1.0), .control = control});
+  auto device =
+      std::make_unique<EmulatedDevice>(EmulatedDeviceOptions{.control_period_ns = period_ns,
+                                                             .hand = busy_hand(seconds + 1.0),
+                                                             .given = {.control = control}});
   send(*device, kWall);
   send(*device, protocol::Commit{2, 0, 1});
   send(*device, protocol::Command{3, 0, protocol::Op::arm});

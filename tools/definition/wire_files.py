@@ -91,6 +91,7 @@ def wire_configurations() -> str:
     listed = configurations.CONFIGURATIONS
     names = {of.name: of.name.removesuffix("Config").lower() for of in listed}
     members = "".join(f"{of} {name};\n" for of, name in names.items())
+    given = "".join(f"std::optional<{of}> {name}{{}};\n" for of, name in names.items())
     visits = "".join(f"visit(all.{name});\n" for name in names.values())
     places = "".join(
         f"template <>\nstruct PlaceOf<{of}> {{\n"
@@ -99,6 +100,7 @@ def wire_configurations() -> str:
     )
     body = cpp.report_list("AllConfigurations", "Their reports.", listed)
     body += f"/// One of each.\nstruct Configurations {{\n{members}}};\n\n"
+    body += f"/// Some of them.\nstruct GivenConfigurations {{\n{given}}};\n\n"
     body += "/// Where a report has its place among them.\n"
     body += f"template <class Report>\nstruct PlaceOf;\n{places}\n"
     body += (
@@ -107,7 +109,7 @@ def wire_configurations() -> str:
     body += "/// Calls `visit(part)` for each.\ntemplate <class All, class Visit>\n"
     body += f"constexpr void for_each_configuration(All& all, Visit&& visit) {{\n{visits}}}\n"
     return _wire_header(
-        "All configurations, to go through.", ("<tuple>", "protocol/configuration.hpp"), body
+        "All configurations, to go through.", ("<optional>", "<tuple>", "protocol/configuration.hpp"), body
     )
 
 

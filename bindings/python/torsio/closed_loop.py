@@ -21,6 +21,7 @@ from torsio.common import checks
 from torsio.errors import InvalidArgument
 from torsio.printed.beginnings import InitialState, SpinUp
 from torsio.printed.config import (
+    CONFIGS,
     EMULATED_CONTROL_PERIOD_NS,
     ActuatorConfig,
     BoardConfig,
@@ -251,14 +252,8 @@ def checked_options(options: LoopOptions) -> None:
     checks.kind("options", options, LoopOptions, "LoopOptions")
     checks.kind("plant", options.plant, PlantParams, "PlantParams")
     checks.kind("control", options.control, ControlConfig, "a ControlConfig")
-    for name, wanted in (
-        ("actuator", ActuatorConfig),
-        ("shaft", ShaftConfig),
-        ("board", BoardConfig),
-        ("spin_up", SpinUp),
-        ("initial", InitialState),
-    ):
-        value = getattr(options, name)
+    for name, wanted in {**CONFIGS, "spin_up": SpinUp, "initial": InitialState}.items():
+        value = getattr(options, name, None)
         if value is not None:
             checks.kind(name, value, wanted, f"{wanted.__name__} or None")
     checks.whole("control_period_ns", options.control_period_ns, 1_000, 1_000_000_000)

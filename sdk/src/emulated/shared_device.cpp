@@ -25,11 +25,14 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.hand = emulator::take_hold(in.hand);
   out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : std::string(kEmulatedSerial);
   out.stored = stored;
-  if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
-  if (in.control) out.control = conversion::to_wire(*in.control);
-  if (in.board) out.board = conversion::to_wire(*in.board);
-  if (in.game) out.game = conversion::to_wire(*in.game);
-  if (in.shaft) out.shaft = conversion::to_wire(*in.shaft);
+  protocol::for_each_configuration(out.given, [&in](auto& place) {
+    const auto take = [&place](const auto& option) {
+      if constexpr (requires { place = conversion::to_wire(*option); }) {
+        if (option) place = conversion::to_wire(*option);
+      }
+    };
+    Fields<EmulatorOptions>::apply([&](const auto&... field) { (take(in.*field.member), ...); });
+  });
   out.log_truth = in.log_truth;
   out.log_inputs = in.log_inputs;
   return out;

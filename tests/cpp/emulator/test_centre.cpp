@@ -30,8 +30,7 @@ EmulatedDeviceOptions options_with(IndexPulse index, std::uint64_t seed = 0) {
           .control_period_ns = 100'000,
           .encoder = {.counts_per_rev = kTurnCounts, .index = index},
           .hand = PrescribedMotion{Profile({{0, 0.0}})},
-          .actuator = actuator,
-          .control = control};
+          .given = {.actuator = actuator, .control = control}};
 }
 
 /// A knob in a hand that turns it slowly enough for every count to be seen.

@@ -177,8 +177,9 @@ TEST_CASE("pulling the plug disarms the device and empties the cable") {
 }
 
 TEST_CASE("an overriding configuration is there from the first moment") {
-  const EmulatedDevice device({.actuator = protocol::ActuatorConfig{.counts_per_rev = 4096},
-                               .control = protocol::ControlConfig{.beta = 0.125F}});
+  const EmulatedDevice device(
+      {.given = {.actuator = protocol::ActuatorConfig{.counts_per_rev = 4096},
+                 .control = protocol::ControlConfig{.beta = 0.125F}}});
   CHECK(feature<protocol::Identity>(device).counts_per_rev == 4096);
   CHECK(feature<protocol::ControlConfig>(device).beta == 0.125F);
 }
@@ -239,7 +240,7 @@ TEST_CASE("emulated device refuses options out of range by name") {
   EmulatedDeviceOptions weightless;
   weightless.plant.knob_inertia_kg_m2 = -1.0;
   CHECK(message(weightless).find("knob_inertia") != std::string::npos);
-  CHECK(message({.control = protocol::ControlConfig{.beta = 2.0F}}).find("beta") !=
+  CHECK(message({.given = {.control = protocol::ControlConfig{.beta = 2.0F}}}).find("beta") !=
         std::string::npos);
   EmulatedDevice device;
   CHECK_THROWS_AS(device.advance(-1), std::invalid_argument);

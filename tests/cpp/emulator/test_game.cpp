@@ -37,12 +37,12 @@ void start_condition(EmulatedDevice& device, std::uint8_t type) {
 double rest_rad(std::int64_t period_ns, std::uint8_t type, const protocol::ActuatorConfig& told) {
   emulator::EmulatedDeviceOptions options;
   options.control_period_ns = period_ns;
-  options.actuator = told;
-  options.control = protocol::ControlConfig{.law = protocol::Law::motor_only};
-  options.game = protocol::GameConfig{.range_deg = 100,
-                                      .spring_gain = 1000,
-                                      .speed_full_rad_s = 0.1F,
-                                      .acceleration_full_rad_s2 = 1};
+  options.given.actuator = told;
+  options.given.control = protocol::ControlConfig{.law = protocol::Law::motor_only};
+  options.given.game = protocol::GameConfig{.range_deg = 100,
+                                            .spring_gain = 1000,
+                                            .speed_full_rad_s = 0.1F,
+                                            .acceleration_full_rad_s2 = 1};
   options.log_truth = true;
   using Knots = std::vector<emulator::ProfileKnot>;
   options.hand = emulator::PrescribedMotion{

@@ -22,8 +22,9 @@ struct DialRig {
   explicit DialRig(Personality personality = Personality::dial, Toggle wakes = Toggle::off)
       : knob({.hand = torsio::emulator::usbip::still_hand(),
               .serial = "DIAL-1",
-              .game = torsio::protocol::GameConfig{
-                  .personality = personality, .dial_torque_nm = 0, .remote_wakeup = wakes}}) {
+              .given = {.game = torsio::protocol::GameConfig{.personality = personality,
+                                                             .dial_torque_nm = 0,
+                                                             .remote_wakeup = wakes}}}) {
     client.attach();
     client.configure();
   }

@@ -15,7 +15,7 @@ from torsio.common import checks
 from torsio.common.whole_file import text_of
 from torsio.errors import Error, InvalidArgument
 from torsio.printed import scenes
-from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.printed.config import CONFIGS, ActuatorConfig, ShaftConfig
 from torsio.printed.hands import Hand, PrescribedMotion
 from torsio.printed.plant import (
     Belt,
@@ -45,13 +45,10 @@ EVERYTHING: Final = PlantParams(
 
 _PATH_EVERY_S: Final = 0.01
 _WAY_S, _WAY_RAD_S = 0.5, 5.0  # to where a path begins: least time, and speed
-_KNOWN: Final = {
-    "hand": Hand,
-    "plant": PlantParams,
-    "control": ControlConfig,
-    "actuator": ActuatorConfig,
-    "shaft": ShaftConfig,
-    "board": BoardConfig,
+_OPTIONS: Final = {field.name for field in fields(LoopOptions)}
+_KNOWN: Final[dict[str, Any]] = {
+    **{"hand": Hand, "plant": PlantParams},
+    **{name: kind for name, kind in CONFIGS.items() if name in _OPTIONS},
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.progress import TaskID
@@ -14,8 +14,6 @@ from torsio.common import screen
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import err, line, out
 from torsio.errors import Error, InvalidArgument
-from torsio.printed.config import ActuatorConfig, ShaftConfig
-from torsio.printed.plant import PlantParams
 from torsio.trading.sources import configuration_of, plant_with
 from torsio.trading.words import as_dict, lines
 
@@ -86,7 +84,7 @@ def trade_command(
     if picture is not None:
         need_matplotlib()
     plant = None if parts is None else plant_with(parts)
-    known: dict[str, ActuatorConfig | ShaftConfig | PlantParams] = {}
+    known: dict[str, Any] = {}
     if config is not None:
         known = configuration_of(config, plant)
     elif plant is not None:
@@ -107,7 +105,7 @@ def trade_command(
                 stretch=stretch,
                 keep=keep,
                 on_progress=show,
-                **known,  # type: ignore[arg-type]
+                **known,
             )
         except (ValueError, TypeError, RuntimeError) as error:
             raise error if isinstance(error, Error) else InvalidArgument(str(error)) from error
