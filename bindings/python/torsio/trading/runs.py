@@ -20,7 +20,7 @@ from torsio.common.whole_file import content
 from torsio.errors import Error
 from torsio.knob import Knob
 from torsio.knob.opening import open as open_knob
-from torsio.printed.config import ControlConfig, Law
+from torsio.printed.config import CONFIGS, Law
 from torsio.printed.emulator_options import EmulatorOptions
 from torsio.printed.hands import PrescribedMotion
 from torsio.printed.plant import PlantParams
@@ -320,15 +320,13 @@ class Runs:
 def emulated_options(options: LoopOptions, **more: Any) -> EmulatorOptions:
     """Give the options of the whole device that does as a loop."""
     plant = options.plant
-    known = {"actuator": options.actuator, "shaft": options.shaft, "board": options.board}
+    known = {name: getattr(options, name, None) for name in CONFIGS}
     given = {name: one for name, one in known.items() if one and one != type(one)()}
-    if options.control != ControlConfig():
-        given["control"] = options.control  # type: ignore[assignment]
     return EmulatorOptions(
         control_rate_hz=1e9 / options.control_period_ns,
         plant=plant,
         seed=options.seed,
-        **given,  # type: ignore[arg-type]
+        **given,
         **more,
     )
 
