@@ -147,46 +147,6 @@ def test_current_loop_gives_the_motor_its_torque(pico: EmulatedPico, zero: int) 
     assert pico.do("amperes") == pytest.approx(-MOTOR_MAX_NM / MOTOR_NM_PER_A, abs=0.02)
 
 
-def test_short_circuit_is_a_fault_and_cuts_the_power(pico: EmulatedPico) -> None:
-    _wall(pico)
-    pico.turn(300)
-    pico.run(3)
-    pico.do("motor", zero=4095)  # the sensor at its end, whatever the voltage
-    pico.run(1)
-    assert pico.motor() is None
-    health = pico.get("health")
-    # With the sensor at its end all the time its zero is beyond belief as well.
-    assert health["state"] == "fault"
-    assert health["faults"] & 1 << 3
-
-
-def test_emergency_stop_cuts_the_power_within_two_ticks_and_latches(pico: EmulatedPico) -> None:
-    _wall(pico)
-    pico.turn(300)
-    pico.run(2)
-    assert pico.motor() is not None
-    pico.emergency_stop(pressed=True)
-    pico.run(0.21)
-    assert pico.motor() is None
-    assert pico.brake() is None
-    assert pico.get("health")["state"] == "fault"
-    assert pico.command("clear_fault") == "fault_persists"
-    pico.emergency_stop(pressed=False)
-    pico.run(1)
-    assert pico.command("arm") == "fault_latched"
-    assert pico.command("clear_fault") == "ok"
-    assert pico.motor() is None
-    assert pico.command("arm") == "ok"
-
-
-def test_bridge_that_reports_an_error_is_a_fault(pico: EmulatedPico) -> None:
-    _wall(pico)
-    pico.do("pin", pin=12, high=False)
-    pico.run(0.21)
-    assert pico.motor() is None
-    assert pico.get("health")["faults"] == 1 << 3
-
-
 def _light(pico: EmulatedPico, samples: int, step_ms: float) -> list[int]:
     seen = []
     for _ in range(samples):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import pytest
 from tests.bench.bench_mcu import TickTime, tick_times
 from tests.board import felt, pico
 from tests.board.felt import WALL_RAD, Columns, difference_nm
-from tests.mcu.mcu import DOCUMENTED_GCC, as_documented, gcc_major
+from tests.mcu.mcu import DOCUMENTED_GCC, gcc_major
 from torsio.printed.hands import NoHand, PrescribedMotion
 
 STIFFNESS = math.degrees(30e-3)
@@ -86,22 +85,6 @@ def test_tick_in_a_wall_leaves_the_processor_its_time(cost: felt.TickCost) -> No
     assert cost.interrupt_share < most
 
 
-@pytest.mark.pages
-def test_documents_say_what_a_tick_in_a_wall_costs(cost: felt.TickCost) -> None:
-    # A telemetry sample more or less makes some per cent.
-    some, whole = as_documented(0.05), 100 * as_documented(0.02)
-    text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
-    rows = re.findall(
-        r"^\| `(\w+)` \| ([\d,]+) \| ([\d.]+) us \| (\d+) % \| (\d+) % \|$", text, re.M
-    )
-    (told,) = (row[1:] for row in rows if row[0] == pico.chosen.name)
-    instructions, tick_us, tick_percent, busy_percent = (float(n.replace(",", "")) for n in told)
-    assert instructions == pytest.approx(cost.instructions, rel=some)
-    assert 1e3 * tick_us == pytest.approx(cost.tick_time_ns, rel=some)
-    assert tick_percent == pytest.approx(100 * cost.tick_time_ns / pico.chosen.tick_ns, abs=whole)
-    assert busy_percent == pytest.approx(100 * cost.interrupt_share, abs=whole)
-
-
 @pytest.fixture(scope="module")
 def in_walls(_model: None) -> dict[int, TickTime | None]:
     """Count inside many damped walls."""
@@ -117,29 +100,6 @@ def test_tick_in_sixteen_damped_walls_leaves_the_product_its_time(
     else:
         assert sixteen is not None
         assert sixteen.usual_ns < 0.4 * pico.chosen.tick_ns
-
-
-@pytest.mark.pages
-def test_documents_say_how_long_a_tick_in_damped_walls_takes(
-    in_walls: dict[int, TickTime | None],
-) -> None:
-    text = (pico.TREE / "docs" / "results.md").read_text(encoding="utf-8")
-    (counts,) = re.findall(r"^\| damped walls \| (.*) \|$", text, re.M)
-    (cells,) = re.findall(rf"^\| `{pico.chosen.name}`, us of \d+ \| (.*) \|$", text, re.M)
-    told = dict(zip(map(int, counts.split(" | ")), cells.split(" | "), strict=True))
-    assert list(told) == list(in_walls)
-    if sixteen := in_walls[16]:
-        (told_us,) = re.findall(r"an armed board takes sixteen walls anew, (\d+) us\.", text)
-        assert 1e3 * float(told_us) == pytest.approx(sixteen.most_ns, rel=as_documented(0.1))
-    for walls, times in in_walls.items():
-        if told[walls] == "at the edge":
-            assert times is None or times.usual_ns > 0.9 * pico.chosen.tick_ns
-            continue
-        if times is None or told[walls] == "overrun":
-            # Another compiler's may have room for less, or for more.
-            assert gcc_major() != DOCUMENTED_GCC or (times, told[walls]) == (None, "overrun")
-            continue
-        assert 1e3 * float(told[walls]) == pytest.approx(times.usual_ns, rel=as_documented(0.1))
 
 
 @pytest.mark.slow_chip

@@ -82,31 +82,6 @@ def test_wall_on_the_product_takes_no_more_instructions_than_it_did(
         assert measured["pico2", "walls, calibrated 1"] <= MOST_CALIBRATED
 
 
-# Rows of the table in docs/results.md, in its order.
-TOLD = (
-    *("disarmed 0", "walls 0", "walls 1", "walls, 16 written 1", "walls 16", "walls, telemetry 1"),
-    *("walls, soft start 1", "walls, calibrated 1", "impact 1", "bent shaft 1"),
-    "control law, walls 1",
-)
-
-
-@pytest.mark.pages
-@pytest.mark.parametrize("board", BUDGET)
-def test_documents_say_how_many_instructions_a_tick_takes(
-    measured: dict[tuple[str, str], float], board: str
-) -> None:
-    text = (mcu.TREE / "docs/results.md").read_text(encoding="utf-8")
-    table = text.split("| a tick |", 1)[1].split("\n\n", 1)[0]
-    rows = re.findall(r"^\| ([^|]+) \| ([\d,]+) \| ([\d,]+) \|$", table, re.MULTILINE)
-    assert len(rows) == len(TOLD)
-    for scene, (row, *counts) in zip(TOLD, rows, strict=True):
-        told = int(counts[list(BUDGETS).index(board)].replace(",", ""))
-        count = measured[board, scene]
-        if scene.startswith("bent"):
-            count -= measured[board, "straight shaft 1"]
-        assert told == pytest.approx(count, rel=mcu.as_documented(0.04), abs=1.0), row
-
-
 @pytest.mark.pages
 def test_time_of_a_tick_is_near_that_of_the_binary() -> None:
     text = (mcu.TREE / "docs/results.md").read_text(encoding="utf-8")

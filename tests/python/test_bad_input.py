@@ -22,7 +22,6 @@ from torsio import (
     ControlConfig,
     Curve,
     Detents,
-    EndStops,
     Impact,
     ImpedanceHand,
     InvalidArgument,
@@ -31,8 +30,6 @@ from torsio import (
     Periodic,
     PlantParams,
     PrescribedMotion,
-    Ramp,
-    Spring,
     Texture,
     Timing,
     TorqueHand,
@@ -63,36 +60,19 @@ def torque(knob: Knob) -> float:
     return float(knob.record(duration_s=0.05)["desired_torque_nm"][-1])
 
 
+# What only Python can give, and one of each way into the library; the rules are its own, and
+# tests/cpp/sdk/test_sdk_scene.cpp has them all.
 BAD_SCENES: list[tuple[Any, type[Exception], str]] = [
     (Wall(stiffness_nm_per_rad=math.nan), InvalidArgument, "stiffness_nm_per_rad is not a number"),
-    (Wall(stiffness_nm_per_rad=math.inf), InvalidArgument, "stiffness_nm_per_rad is infinite"),
-    (Wall(stiffness_nm_per_rad=-1.0), InvalidArgument, "stiffness_nm_per_rad is -1"),
-    (Wall(stiffness_nm_per_rad=1.1e6), InvalidArgument, "allowed are 0 to 1000000 N m/rad"),
-    (Wall(stiffness_nm_per_rad=1.0, angle_rad=1e12), InvalidArgument, "angle_rad"),
     (Wall(stiffness_nm_per_rad=1.0, side="beside"), InvalidArgument, "side"),  # type: ignore[arg-type]
     (Wall(stiffness_nm_per_rad="stiff"), TypeError, "stiffness_nm_per_rad"),  # type: ignore[arg-type]
-    (Spring(stiffness_nm_per_rad=1.0, torque_limit_nm=101.0), InvalidArgument, "torque_limit_nm"),
-    (Constant(torque_nm=101.0), InvalidArgument, "torque_nm is 101"),
     (Constant(torque_nm=0.1, timing=Timing(attack_level=2.0)), InvalidArgument, "attack_level"),
-    (Ramp(start_torque_nm=0.0, end_torque_nm=0.1), InvalidArgument, "duration_s"),
-    (Periodic(amplitude_nm=0.1, frequency_hz=501.0), InvalidArgument, "frequency_hz is 501"),
     (Detents(torque_nm=0.1), InvalidArgument, "exactly one of per_turn and pitch_rad"),
-    (Detents(torque_nm=0.1, per_turn=9, pitch_rad=1.0), InvalidArgument, "exactly one of"),
-    (Detents(torque_nm=0.1, per_turn=0.0), InvalidArgument, "per_turn"),
-    (
-        EndStops(lower_rad=1.0, upper_rad=0.0, stiffness_nm_per_rad=1.0),
-        InvalidArgument,
-        "upper_rad",
-    ),
-    (Texture(torque_nm=0.1, grains_per_turn=0), InvalidArgument, "grains_per_turn"),
     (Texture(torque_nm=0.1, grains_per_turn=2.5), TypeError, "whole number"),  # type: ignore[arg-type]
     (Texture(torque_nm=0.1, grains_per_turn=9, seed=-1), InvalidArgument, "seed"),
     (Impact(frequency_hz=501.0), InvalidArgument, "half of this device's control rate"),
-    (Impact(decay_s=0.0), InvalidArgument, "decay_s is 0"),
-    (Curve(torque_nm=[0.1]), InvalidArgument, "has 1 points"),
     (Curve(torque_nm=np.zeros(1025)), InvalidArgument, "1025"),
     ([Curve(torque_nm=np.zeros(600))] * 2, InvalidArgument, "1024"),
-    ([Constant(torque_nm=0.1)] * 17, InvalidArgument, "17 effects"),
     ([Constant(torque_nm=0.1), Wall(stiffness_nm_per_rad=-1.0)], InvalidArgument, "effect 1"),
     (Wall(stiffness_nm_per_rad=10**400), InvalidArgument, "stiffness_nm_per_rad is too large"),
     (itertools.repeat(Constant(torque_nm=0.1)), InvalidArgument, "17 effects"),

@@ -102,28 +102,6 @@ def test_curve_is_kept_dumped_and_loaded(tmp_path: Path) -> None:
         assert knob.shaft_config().knee_2_rad == 0.125
 
 
-@pytest.mark.parametrize(
-    ("config", "says"),
-    [
-        (ShaftConfig(knee_1_rad=0.02), "knee_1_nm_per_rad is 0: the torque must grow"),
-        (
-            ShaftConfig(
-                knee_1_rad=0.02, knee_1_nm_per_rad=3.0, knee_2_rad=0.02, knee_2_nm_per_rad=4.0
-            ),
-            "knee_2_rad is 0.02, not beyond the knee before it, which is at 0.02",
-        ),
-        (
-            ShaftConfig(knee_3_rad=0.02, knee_3_nm_per_rad=3.0),
-            "knee_3_rad is 0.02, but there is no knee before it: give knee_2_rad first",
-        ),
-    ],
-    ids=["flat", "order", "hole"],
-)
-def test_curve_that_does_not_grow_is_refused_with_its_field(config: ShaftConfig, says: str) -> None:
-    with torsio.open("emulated") as knob, pytest.raises(torsio.InvalidArgument, match=says):
-        knob.configure(config)
-
-
 def test_what_a_bent_shaft_has_stored_is_what_its_curve_says() -> None:
     """By hand: 43.095 mN m at the knee of 15 mrad, then 5.746 N m/rad."""
     options = torsio.EmulatorOptions(

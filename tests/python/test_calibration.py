@@ -335,16 +335,6 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
     assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
 
 
-@pytest.mark.parametrize("content", ['{"quantities": 3}', "[" * 100_000], ids=["three", "deep"])
-def test_damaged_file_is_named(data_folder: Path, content: str) -> None:
-    path = data_folder / "torsio/calibration/X1.json"
-    path.parent.mkdir(parents=True)
-    path.write_text(content)
-    with pytest.raises(torsio.Error, match=r"X1\.json cannot be read: move it away"):
-        calibration.kept("X1")
-    assert calibration.kept("X2") is None
-
-
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
     runner = CliRunner()
     quiet = runner.invoke(app, ["calibrate", "--quick", "--json", "--device", "emulated"])

@@ -114,17 +114,6 @@ def test_what_a_knob_does_not_take_is_told_and_changes_nothing(
     assert json.loads(CliRunner().invoke(app, ["config", "dump", *DEVICE]).stdout) == before
 
 
-@pytest.mark.parametrize(
-    "content",
-    ["no json", "[]", '{"beta": 1}', '{"x": {}}', '{"control_config": {"y": 1}}', "[" * 100_000],
-    ids=lambda content: content[:20],
-)
-def test_file_that_is_no_dump_changes_nothing(tmp_path: Path, content: str) -> None:
-    file = tmp_path / "bad.json"
-    file.write_text(content, encoding="utf-8")
-    assert str(file) in run("config", "load", str(file), status=1).replace("\n", "")
-
-
 def test_zero_is_kept_once_the_index_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     options = torsio.EmulatorOptions(
         control_rate_hz=10_000,

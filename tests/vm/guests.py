@@ -32,10 +32,7 @@ LIMIT_S = 1800.0
 # Tests that run there: the guest's own, and the Python API's, over USB.
 PATHS = "tests/vm/guest tests/python/test_knob.py"
 # Programs that they start.
-PROGRAMS = (
-    "build/release/emulator/usbip/torsio_virtual_knob "
-    "build/asan-ubsan/tests/cpp/torsio_attached_tests"
-)
+PROGRAMS = "build/release/emulator/usbip/torsio_virtual_knob"
 # The lives of some knobs, and where a guest finds the number that they come to on the host.
 LIFE = TREE / "build/release/tests/determinism/torsio_life"
 LIFE_SIZE = (1, 1)  # seconds, knobs

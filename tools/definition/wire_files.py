@@ -109,7 +109,9 @@ def wire_configurations() -> str:
     body += "/// Calls `visit(part)` for each.\ntemplate <class All, class Visit>\n"
     body += f"constexpr void for_each_configuration(All& all, Visit&& visit) {{\n{visits}}}\n"
     return _wire_header(
-        "All configurations, to go through.", ("<optional>", "<tuple>", "protocol/configuration.hpp"), body
+        "All configurations, to go through.",
+        ("<optional>", "<tuple>", "protocol/configuration.hpp"),
+        body,
     )
 
 
