@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tools import windows
-from tools.dev import benches, building, cli, groups, plans, running
+from tools.dev import benches, building, cli, groups, plans
 
 TREE = Path(__file__).parent.parent
 
@@ -112,39 +112,6 @@ def test_group_that_passed_whole_is_left_out_until_what_it_covers_changes(
     )
     third = plans.plan([])
     assert third.groups == ("checks", "library", "interfaces")
-
-
-@pytest.mark.parametrize(
-    ("words", "chosen", "needs"),
-    [
-        ("-k wall", "library cpp", "asan-ubsan python release"),
-        ("tests/board -k wall", "board", "firmware python"),
-        (
-            "documents tests/board",
-            "documents board",
-            "documents firmware hardware page python release",
-        ),
-        ("tests/python/test_knob.py::test_x -x", "library", "python release"),
-        ("threads", "threads", "python tsan"),
-        ("tests/board/test_guards.py", "guards", "firmware python unguarded"),
-    ],
-)
-def test_words_behind_test_choose_groups_and_what_is_built(
-    stamps: Path, words: str, chosen: str, needs: str
-) -> None:
-    plan = plans.plan(words.split())
-    assert " ".join(plan.groups) == chosen
-    assert " ".join(sorted(plan.needs)) == needs
-
-
-@pytest.mark.parametrize("words", ["all slow", "kernels games"])
-def test_group_that_leaves_out_tests_of_others_is_refused_beside_them(words: str) -> None:
-    with pytest.raises(running.UsageError, match="leaves out tests of other groups; run it alone"):
-        plans.plan(words.split())
-
-
-def test_path_of_a_slow_group_alone_runs_that_group(stamps: Path) -> None:
-    assert plans.plan(["tests/making/test_solids.py"]).groups == ("making",)
 
 
 @pytest.mark.parametrize("name", groups.GROUPS)

@@ -83,16 +83,3 @@ def test_detents_finer_than_travel_are_refused_in_the_users_words(
         f"effect 0 (detents): {name} is {changes[name]}, allowed are"
     )
     assert str(found.value).endswith(limit)
-
-
-@pytest.mark.parametrize("span_rad", [7.5e-7, 9.5e-5, 805.0, math.nan, math.inf, 0.0, -1.0])
-def test_span_that_cannot_travel_is_refused_in_the_users_words(span_rad: float) -> None:
-    curve = torsio.Curve(angle_rad=0.0, span_rad=span_rad, torque_nm=[0.0, 0.01])
-    with pytest.raises(torsio.InvalidArgument, match=r"span_rad is .* 9\.58738e-05 to 804\."):
-        sent(curve, "span_turns_q32", 1 << 24)
-
-
-@pytest.mark.parametrize("pitch_rad", [math.nan, math.inf, -math.inf, 0.0, -1.0, 5e-324, 6e10])
-def test_pitch_that_is_none_is_refused(pitch_rad: float) -> None:
-    with pytest.raises(torsio.InvalidArgument, match=r"pitch_rad is .*, allowed are"):
-        sent(torsio.Detents(pitch_rad=pitch_rad, torque_nm=0.01), "per_turn_q32")

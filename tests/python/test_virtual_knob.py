@@ -166,43 +166,15 @@ def test_port_in_use_is_said_with_status_2() -> None:
     ("arguments", "words"),
     [
         (("--port", "70000"), "--port"),
-        (("--port", "-1"), "--port"),
-        (("--rate-hz", "500"), "--rate-hz"),
-        (("--seed", "-1"), "--seed"),
-        (("--hand", "tight"), "--hand"),
-        (("--hand", "scripted:"), "--hand"),
         (("--hand", "keyboard"), "needs a terminal"),
         (("--hand", "mouse"), "needs a terminal"),
         (("--port", "0", "--address", "localhost"), "not an IPv4 address"),
-        (("--port", "0", "--serial", ""), "serial"),
         (("--port", "0", "--serial", "seventeen letters"), "serial"),
         (("--port", "0", "--hand", "scripted:/nowhere/hand.txt"), "/nowhere/hand.txt"),
     ],
 )
 def test_what_cannot_be_is_refused_with_status_2(arguments: tuple[str, ...], words: str) -> None:
     assert words in refused(*arguments)
-
-
-def test_bad_hand_script_is_named_with_its_line(tmp_path: Path) -> None:
-    script = tmp_path / "hand.txt"
-    script.write_text("angle_rad\n0 0\n1 high\n")
-    assert f"{script}:3: needs TIME_S VALUE" in refused(
-        "--port", "0", "--hand", f"scripted:{script}"
-    )
-
-
-def test_hand_script_of_notepad_is_read_and_one_in_utf_16_refused_as_that(tmp_path: Path) -> None:
-    script = tmp_path / "hand.txt"
-    script.write_text("torque_nm\n0 0\n", encoding="utf-8-sig")
-    with emulated("--hand", f"scripted:{script}") as (process, _):
-        end(process)
-    assert process.returncode == 0
-    for encoding in ("utf-16", "utf-16-be"):
-        mark = "" if encoding == "utf-16" else "\ufeff"
-        script.write_text(f"{mark}torque_nm\n0 0\n", encoding=encoding)
-        assert f"{script}:1: is in UTF-16: save it as UTF-8" in refused(
-            "--hand", f"scripted:{script}"
-        )
 
 
 def test_another_address_than_loopback_is_warned_of() -> None:

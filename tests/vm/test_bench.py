@@ -8,42 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.vm import guests, initramfs, kernel_log, results
-
-JUNIT = """<?xml version="1.0" encoding="utf-8"?>
-<testsuites><testsuite name="pytest">
-<testcase classname="tests.vm.guest.test_a" name="test_good" time="0.1" />
-<testcase classname="tests.vm.guest.test_a" name="test_bad[x]" time="0.1">
-<failure message="assert 1 == 2">the whole story</failure></testcase>
-<testcase classname="tests.vm.guest.test_a" name="test_left_out" time="0.1">
-<skipped message="no reason" /></testcase>
-<testcase classname="tests.vm.guest.test_a" name="test_late" time="0.1" />
-<testcase classname="tests.vm.guest.test_a" name="test_late" time="0.1">
-<error message="failed on teardown" /></testcase>
-</testsuite></testsuites>"""
-
-
-def test_junit_gives_each_test_its_problem(tmp_path: Path) -> None:
-    file = tmp_path / "junit.xml"
-    file.write_text(JUNIT)
-    found = results.read_junit(file)
-
-    def problem(name: str) -> str:
-        return found[results.test_key(f"tests/vm/guest/test_a.py::{name}")].problem
-
-    assert problem("test_good") == ""
-    assert problem("test_bad[x]") == "failure\nassert 1 == 2\nthe whole story"
-    assert "skipped" in problem("test_left_out")
-    assert "failed on teardown" in problem("test_late")
-
-
-@pytest.mark.parametrize("text", [None, "", JUNIT[:-40], "<testsuites></testsuites>"])
-def test_results_that_are_missing_or_torn_are_an_error(tmp_path: Path, text: str | None) -> None:
-    file = tmp_path / "junit.xml"
-    if text is not None:
-        file.write_text(text)
-    with pytest.raises(ValueError, match="guest"):
-        results.read_junit(file)
+from tests.vm import guests, initramfs, kernel_log
 
 
 def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise() -> None:

@@ -142,23 +142,6 @@ TEST_CASE("actuator: bodies that turn together carry the sum of their inertia an
   CHECK_FALSE(parallel.has_far_shaft);
 }
 
-TEST_CASE("trial: no actuator gives more than its motor and brake can") {
-  const Parts parts;
-  for (int i = 0; i < kKinds; ++i) {
-    TrialParams params;
-    params.kind = static_cast<Kind>(i);
-    params.environment = {5.0, 0.0, true};
-    params.initial_speed_rad_s = 18.0;
-    params.duration_ns = 300'000'000;
-    for (const TrialRow& row : run_trial(params)) {
-      CAPTURE(std::string(name_of(params.kind)));
-      REQUIRE(std::abs(row.motor_torque_nm) <= parts.motor_limit_nm * (1 + 1e-12));
-      REQUIRE(std::abs(row.brake_torque_nm) <=
-              (parts.brake_limit_nm + parts.brake_drag_nm) * (1 + 1e-12));
-    }
-  }
-}
-
 TEST_CASE("trial: periods that steps do not divide are refused") {
   TrialParams params;
   params.period_ns = 1'000'000;
