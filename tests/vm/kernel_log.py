@@ -34,7 +34,7 @@ HARMLESS_WITH_MARK = {
     ),
     # Linux drops a game's report for which its queue has no place.
     "floods_queue": (r"hid-generic [0-9A-F:.]+: output queue full",),
-    # Programs name trigger buttons that no report can hold, fftest by leaving them to chance.
+    # Programs name trigger buttons that no report can hold.
     "odd_trigger": (
         r"hid-generic \S+: implement\(\) called with too large value \d+ \(n: 8\)! .*",
     ),
