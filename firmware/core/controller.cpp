@@ -3,7 +3,28 @@
 namespace torsio::core {
 namespace {
 
-void keep_ledger(ControllerState& state, std::int32_t delta_counts) {
+/// The part of the sensed torque that the motor may take up.
+[[gnu::always_inline]] inline float certain_torque(const ControllerState& state,
+                                                   const ControllerParams& params,
+                                                   float capacity_nm) {
+  return state.bound.trust * (capacity_nm + params.shaft.middle().brake_side.countered_nm);
+}
+
+/// Out of line: otherwise every tick keeps its values in registers.
+[[gnu::noinline]] void watch_sensor(ControllerState& state, const ControllerParams& params) {
+  const float spring_nm = state.sensor.spring_torque_nm;
+  const float capacity_nm = sensed_capacity(state.brake, params.brake);
+  if (absolute(spring_nm) > certain_torque(state, params, capacity_nm)) {
+    judge_ringing(state.bound, spring_nm, state.tick);
+  }
+}
+
+[[gnu::always_inline]] inline void keep_ledger(ControllerState& state,
+                                               const ControllerParams& params,
+                                               std::int32_t delta_counts) {
+  // Often enough for what takes 5 ms and more from side to side.
+  if (state.tick % 16 == 0) [[unlikely]]
+    watch_sensor(state, params);
   keep_ledger(state.ledger, state.slew.motor_command_nm, state.sensor.spring_torque_nm,
               delta_counts);
 }
@@ -30,21 +51,22 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
 
 /// The same at the end of a swing in an ordinary tick, or in a flicker; out of line, for that is
 /// rare.
-[[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm,
-                                   std::int32_t delta_counts) {
-  keep_ledger(state, delta_counts);
+[[gnu::noinline]] float bound_turn(ControllerState& state, const ControllerParams& params,
+                                   float asked_nm, std::int32_t delta_counts) {
+  keep_ledger(state, params, delta_counts);
   judge_swing(state.bound, state.tick);
   return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
 }
 
 /// The ordinary tick of the law calibrated: nothing beside the scene, and nothing of it plays in
 /// time.
-[[gnu::always_inline]] inline float bound_scene(ControllerState& state, float asked_nm,
+[[gnu::always_inline]] inline float bound_scene(ControllerState& state,
+                                                const ControllerParams& params, float asked_nm,
                                                 std::int32_t delta_counts) {
   if (follow_swing(state.bound, delta_counts)) [[unlikely]] {
-    return bound_turn(state, asked_nm, delta_counts);
+    return bound_turn(state, params, asked_nm, delta_counts);
   }
-  keep_ledger(state, delta_counts);
+  keep_ledger(state, params, delta_counts);
   return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
 }
 
@@ -53,7 +75,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
                                     const Overlay& overlay, const Scene* scene, float scene_nm,
                                     const Motion& motion) {
   const Resolution& resolution = params.motion.resolution;
-  if (overlay.ledger) keep_ledger(state, motion.delta_counts);
+  if (overlay.ledger) keep_ledger(state, params, motion.delta_counts);
   float desired_nm = scene_nm;
   if (overlay.local != nullptr) {
     desired_nm += evaluate_local_model(*overlay.local, motion, resolution);
@@ -110,11 +132,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   } else {
     spring_nm = sense_piece<true>(state.sensor, middle, delta_rad, capacity_nm);
   }
-  const float certain_nm = state.bound.trust * (capacity_nm + middle.brake_side.countered_nm);
-  if (absolute(spring_nm) <= certain_nm) [[likely]]
-    return spring_nm;
-  judge_ringing(state.bound, spring_nm, state.tick);
-  return clamp_number(spring_nm, certain_nm);
+  return clamp_number(spring_nm, certain_torque(state, params, capacity_nm));
 }
 
 [[gnu::always_inline]] inline float sense_brake(ControllerState& state,
@@ -157,7 +175,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   if (in.overlay != nullptr) [[unlikely]] {
     if (in.overlay->only_bounds) {
       spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
-      desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
+      desired_nm = bound_scene(state, params, desired_nm, out.motion.delta_counts);
       if (desired_nm == 0.0F) {
         shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
                                                  state.brake.coil_nm, out.motion.speed_rad_s);
