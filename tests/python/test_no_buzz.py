@@ -22,9 +22,7 @@ def test_knob_comes_to_rest_on_the_board_s_own_loop(board: str, two_sided: bool)
     motions = {trial: motion(trial) for trial in trials}
     assert {trial: moved for trial, (moved, _, _) in motions.items() if moved > REST_COUNTS} == {}
     loud = {trial: vibration for trial, (_, _, vibration) in motions.items()}
-    # A few flicker longer, at two to three times the threshold of a finger.
-    assert sum(torque >= VIBRATION_NM for torque in loud.values()) <= 3
-    assert max(loud.values()) < 3.0 * VIBRATION_NM
+    assert {trial: torque for trial, torque in loud.items() if torque >= VIBRATION_NM} == {}
 
 
 @pytest.mark.parametrize("counts", [8192, 131072])
