@@ -27,8 +27,6 @@ def forced(effect: Constant, name: str, value: object) -> Constant:
 @pytest.mark.parametrize(
     ("effect", "kind", "words"),
     [
-        (lambda: Wall(stiffness_nm_per_rad=LONG), torsio.InvalidArgument, "stiffness_nm_per_rad"),
-        (lambda: Constant(torque_nm=0.1, timing=3), TypeError, "timing must be"),  # type: ignore[arg-type]
         (lambda: forced(Constant(torque_nm=0.1), "timing", 3), TypeError, "no Timing"),
         (lambda: Constant(torque_nm=[LONG]), TypeError, "torque_nm"),  # type: ignore[arg-type]
     ],
@@ -55,18 +53,6 @@ def test_hand_that_is_none_is_refused_at_once(much: float) -> None:
                 knob.emulator.set_hand(make())
         knob.sleep(0.01)  # time goes on with the old hand
         assert knob.emulator.time_s > 0.0
-
-
-def test_parts_of_a_knob_of_the_wrong_kind_are_refused() -> None:
-    wrong: tuple[Callable[[], torsio.EmulatorOptions], ...] = (
-        lambda: torsio.EmulatorOptions(plant=3),  # type: ignore[arg-type]
-        lambda: torsio.EmulatorOptions(hand="x"),  # type: ignore[arg-type]
-        lambda: torsio.EmulatorOptions(control=[]),  # type: ignore[arg-type]
-        lambda: torsio.EmulatorOptions(plant=torsio.PlantParams(belt=3)),  # type: ignore[arg-type]
-    )
-    for options in wrong:
-        with pytest.raises(TypeError):
-            torsio.open("emulated", emulator=options()).close()
 
 
 SEVERAL = np.array([1.0, 2.0])
