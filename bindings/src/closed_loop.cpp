@@ -15,10 +15,10 @@
 #include "bytes.hpp"
 #include "conversion/configuration.hpp"
 #include "conversion/scene_encoding.hpp"
-#include "convert.hpp"
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
+#include "python_values.hpp"
 #include "stepper_capsule.hpp"
 #include "torsio/emulator.hpp"
 

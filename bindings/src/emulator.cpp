@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "bytes.hpp"
-#include "convert.hpp"
 #include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
@@ -24,6 +23,7 @@
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
+#include "python_values.hpp"
 #include "stepper_capsule.hpp"
 
 namespace torsio::bindings {

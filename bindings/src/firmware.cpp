@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
+#include "python_values.hpp"
 #include "torsio/knob.hpp"
 
 namespace torsio::bindings {

@@ -10,9 +10,9 @@
 #include <memory>
 #include <optional>
 
-#include "convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
+#include "python_values.hpp"
 
 namespace torsio::bindings {
 namespace {

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "bytes.hpp"
-#include "convert.hpp"
 #include "module.hpp"
+#include "python_values.hpp"
 #include "torsio/emulator.hpp"
 #include "torsio/knob.hpp"
 

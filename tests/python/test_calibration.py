@@ -18,7 +18,7 @@ import torsio
 from torsio import calibration
 from torsio.apps.cli import app
 from torsio.apps.commands.calibrate import words_of
-from torsio.apps.doctor.knob import missing
+from torsio.apps.doctor.examination import missing
 from torsio.calibration import brake, numeric, report, steps
 from torsio.calibration.proposal import certain_assist_nm
 

@@ -20,8 +20,8 @@ import torsio
 from tests.python import wire
 from torsio.apps import doctor
 from torsio.apps.cli import app
+from torsio.apps.doctor import examination
 from torsio.apps.doctor import facts as doctor_facts
-from torsio.apps.doctor import knob as doctor_knob
 from torsio.apps.doctor import linux as doctor_linux
 from torsio.apps.doctor import others as doctor_others
 from torsio.apps.doctor.facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
@@ -215,15 +215,15 @@ def on_a_board(facts: KnobFacts) -> KnobFacts:
 
 
 def test_all_checks_pass_on_a_healthy_knob(facts: KnobFacts) -> None:
-    for check in doctor_knob.KNOB_CHECKS:
+    for check in examination.KNOB_CHECKS:
         finding = check(facts)
         assert finding.ok, finding
         assert finding.advice == ""
 
 
-@pytest.mark.parametrize("fault", doctor_knob._FAULTS_FOUND)
+@pytest.mark.parametrize("fault", examination._FAULTS_FOUND)
 def test_fault_is_told_in_plain_words(fault: str, facts: KnobFacts) -> None:
-    finding = doctor_knob.check_state(with_health(facts, state="fault", faults=(fault,)))
+    finding = examination.check_state(with_health(facts, state="fault", faults=(fault,)))
     assert not finding.ok
     assert finding.values == {"state": "fault", "faults": [fault]}
     assert "_" not in finding.text
@@ -234,14 +234,14 @@ def test_fault_table_has_every_fault_of_the_protocol() -> None:
     header = (TREE / "firmware" / "protocol" / "enumerations.hpp").read_text(encoding="utf-8")
     body = header.split("namespace fault {")[1].split("}")[0]
     assert (
-        set(doctor_knob._FAULTS_FOUND)
+        set(examination._FAULTS_FOUND)
         == set(FAULT_ADVICE)
         == set(re.findall(r"uint16_t (\w+) =\s+1", body))
     )
 
 
 def test_fault_of_a_newer_firmware_asks_for_a_newer_library(facts: KnobFacts) -> None:
-    finding = doctor_knob.check_state(with_health(facts, state="fault", faults=("meltdown",)))
+    finding = examination.check_state(with_health(facts, state="fault", faults=("meltdown",)))
     assert not finding.ok
     assert "update the library" in finding.advice
 
@@ -255,7 +255,7 @@ def test_clock_may_be_as_wrong_as_two_crystals(
 ) -> None:
     clock = ClockFit(offset_s=0.0, drift_ppm=drift_ppm, uncertainty_ppm=uncertainty_ppm)
     on_board = on_a_board(dataclasses.replace(facts, clock=clock))
-    assert doctor_knob.check_clock(on_board).ok is ok
+    assert examination.check_clock(on_board).ok is ok
 
 
 @pytest.mark.parametrize(
@@ -266,10 +266,10 @@ def test_slow_round_trips_are_a_problem(
     median_s: float, p99_s: float, text: str, facts: KnobFacts
 ) -> None:
     slow = dataclasses.replace(facts, round_trips=RoundTrips(200, median_s, p99_s, p99_s))
-    finding = doctor_knob.check_round_trips(on_a_board(slow))
+    finding = examination.check_round_trips(on_a_board(slow))
     assert not finding.ok
     assert text in finding.text
-    assert doctor_knob.check_round_trips(slow).ok  # has neither cable nor hub
+    assert examination.check_round_trips(slow).ok  # has neither cable nor hub
 
 
 def test_emulated_knob_may_fall_behind_on_a_busy_computer(facts: KnobFacts) -> None:
@@ -278,7 +278,7 @@ def test_emulated_knob_may_fall_behind_on_a_busy_computer(facts: KnobFacts) -> N
         clock=ClockFit(offset_s=0.0, drift_ppm=-5e5, uncertainty_ppm=100.0),
         round_trips=RoundTrips(200, 0.1, 0.3, 0.5),
     )
-    for check in (doctor_knob.check_clock, doctor_knob.check_round_trips):
+    for check in (examination.check_clock, examination.check_round_trips):
         assert check(late).ok
         assert "is late where the computer is busy" in check(late).text
         assert "hub" not in check(late).advice
@@ -291,15 +291,15 @@ def test_losses_in_the_knob_are_a_problem_only_if_they_are_new(
 ) -> None:
     values: dict[str, Any] = {counter: 7}
     old = dataclasses.replace(facts.before, **values)
-    assert doctor_knob.check_losses(dataclasses.replace(facts, before=old, after=old)).ok
-    assert not doctor_knob.check_losses(with_health(facts, **values)).ok
+    assert examination.check_losses(dataclasses.replace(facts, before=old, after=old)).ok
+    assert not examination.check_losses(with_health(facts, **values)).ok
 
 
 def test_late_and_long_ticks_are_a_problem(facts: KnobFacts) -> None:
-    assert not doctor_knob.check_ticks(with_health(facts, tick_overruns=1)).ok
-    assert not doctor_knob.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # 1 ms
-    assert doctor_knob.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
-    assert not doctor_knob.check_beliefs(with_health(facts, unexpected_swings=1)).ok
+    assert not examination.check_ticks(with_health(facts, tick_overruns=1)).ok
+    assert not examination.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # 1 ms
+    assert examination.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
+    assert not examination.check_beliefs(with_health(facts, unexpected_swings=1)).ok
 
 
 # On an emulated knob --------------------------------------------------------------------------
@@ -311,7 +311,7 @@ def test_damaged_cable_shows_in_an_examination() -> None:
     ) as knob:
         knob.emulator.set_link_faults(torsio.LinkFaults(drop_input=0.02))
         try:
-            finding = doctor_knob.check_losses(doctor_facts.examine(knob))
+            finding = examination.check_losses(doctor_facts.examine(knob))
         except torsio.Timeout as error:  # an answer was lost too
             finding = doctor.check_failure(error)
         assert not finding.ok
@@ -327,10 +327,10 @@ def test_pressed_emergency_stop_and_late_ticks_show_in_an_examination(
         )
         knob.emulator.set_emergency_stop(pressed=True)
         facts = doctor_facts.examine(knob)
-    state = doctor_knob.check_state(facts)
+    state = examination.check_state(facts)
     assert state.values["faults"] == ["emergency_stop"]
     assert "emergency stop is pressed" in state.text
-    ticks = doctor_knob.check_ticks(facts)
+    ticks = examination.check_ticks(facts)
     assert ticks.values["tick_overruns"] == 3
     assert not ticks.ok
 
@@ -349,7 +349,7 @@ def test_ordinary_use_shows_a_shaft_that_has_become_softer(factor: float) -> Non
         knob.arm()
         knob.emulator.advance(2.0)
         knob.disarm()
-        finding = doctor_knob.check_beliefs(doctor_facts.examine(knob))
+        finding = examination.check_beliefs(doctor_facts.examine(knob))
     assert finding.ok == (factor < 1.2)
 
 
@@ -359,7 +359,7 @@ def test_armed_knob_is_examined_and_stays_armed() -> None:
         facts = doctor_facts.examine(knob)
         assert knob.health().state == "armed"
     assert facts.round_trips is None
-    assert doctor_knob.check_round_trips(facts).ok
+    assert examination.check_round_trips(facts).ok
 
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -420,10 +420,10 @@ def test_command_says_what_to_do_about_a_device_that_is_not_there() -> None:
 
 @pytest.mark.parametrize("cause", ["brown_out", "watchdog", "hard_fault", "stack"])
 def test_restart_that_nobody_asked_for_is_told(facts: KnobFacts, cause: str) -> None:
-    finding = doctor_knob.check_start(with_health(facts, reset_cause=cause))
+    finding = examination.check_start(with_health(facts, reset_cause=cause))
     assert not finding.ok
     assert finding.advice
-    assert doctor_knob.check_start(with_health(facts, reset_cause="power")).ok
+    assert examination.check_start(with_health(facts, reset_cause="power")).ok
 
 
 def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: KnobFacts) -> None:
@@ -431,7 +431,7 @@ def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: 
         motor_torque_max_nm=0.015, motor_torque_continuous_max_nm=0.0125, brake_torque_max_nm=0.03,
         speed_limit_rad_s=10.0, held_low=True,
     )  # fmt: skip
-    finding = doctor_knob.check_parts(dataclasses.replace(facts, limits=low))
+    finding = examination.check_parts(dataclasses.replace(facts, limits=low))
     assert not finding.ok
     assert "motor 15 mN m (12.5 for ever), brake 30 mN m, 10 rad/s" in finding.text
     assert "confirmed=on" in finding.advice
@@ -441,24 +441,24 @@ def test_real_board_without_a_speed_limit_is_told_to_set_one(facts: KnobFacts) -
     free = dataclasses.replace(facts.limits, speed_limit_rad_s=0.0, held_low=False)
     emulated = dataclasses.replace(facts, limits=free)
     assert emulated.info.board == "emulated"
-    finding = doctor_knob.check_parts(emulated)
+    finding = examination.check_parts(emulated)
     assert finding.ok
     assert "any speed" in finding.text
     board = dataclasses.replace(facts.info, board="pico2")
-    finding = doctor_knob.check_parts(dataclasses.replace(emulated, info=board))
+    finding = examination.check_parts(dataclasses.replace(emulated, info=board))
     assert not finding.ok
     assert "any speed" in finding.text
     assert "speed_limit_rad_s=160`" in finding.advice
     limited = dataclasses.replace(free, speed_limit_rad_s=160.0)
     sound = dataclasses.replace(facts, info=board, limits=limited)
-    assert doctor_knob.check_parts(sound).ok
-    assert "does not measure its supply" in doctor_knob.check_parts(sound).text
+    assert examination.check_parts(sound).ok
+    assert "does not measure its supply" in examination.check_parts(sound).text
     watching = dataclasses.replace(sound, watches_supply=True)
-    assert "its supply" not in doctor_knob.check_parts(watching).text
+    assert "its supply" not in examination.check_parts(watching).text
 
 
 def test_every_way_in_which_an_encoder_fails_is_told(facts: KnobFacts) -> None:
-    finding = doctor_knob.check_state(with_health(facts, state="fault", faults=("encoder",)))
+    finding = examination.check_state(with_health(facts, state="fault", faults=("encoder",)))
     for words in ("jumped", "dead", "both", "plug"):
         assert words in finding.text
 
@@ -514,7 +514,7 @@ def test_other_systems_open_each_knob_and_know_nothing_of_linux(
 
 
 def test_firmware_names_both_ends(facts: KnobFacts) -> None:
-    finding = doctor_knob.check_firmware(facts)
+    finding = examination.check_firmware(facts)
     assert facts.info.firmware_version in finding.text
     assert torsio.__version__ in finding.text
     assert f"0x{torsio.protocol.fingerprint():08x}" in finding.text
@@ -544,7 +544,7 @@ def test_round_trip_figures_are_median_and_99_of_100(monkeypatch: pytest.MonkeyP
 def test_losses_of_the_link_are_a_problem(counter: str, facts: KnobFacts) -> None:
     values: dict[str, Any] = {counter: 7}
     link = dataclasses.replace(facts.link, **values)
-    finding = doctor_knob.check_losses(dataclasses.replace(facts, link=link))
+    finding = examination.check_losses(dataclasses.replace(facts, link=link))
     assert not finding.ok
     assert finding.values[counter] == 7
     assert finding.text.startswith("7 ")

@@ -76,7 +76,7 @@ def c_structures() -> str:
         f"{LISTS} and {PLANT_LISTS}",
         (
             "<array>", "<cstddef>", "<cstdint>", "<string>", "<string_view>", "<vector>",
-            "convert.hpp", "torsio/config.hpp", "torsio/plant.hpp", "torsio/scene.hpp",
+            "c_values.hpp", "torsio/config.hpp", "torsio/plant.hpp", "torsio/scene.hpp",
             "torsio/emulator_options.hpp", "torsio/telemetry.hpp", "torsio_types.h",
         ),
         "torsio::c",

@@ -11,7 +11,7 @@ from typing import Any
 
 import torsio
 from torsio import calibration
-from torsio.apps.doctor.knob import check_state
+from torsio.apps.doctor.examination import check_state
 from torsio.calibration import report
 from torsio.printed.hands import NoHand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import PlantParams

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "convert.hpp"
+#include "c_values.hpp"
 #include "torsio/config.hpp"
 #include "torsio/emulator_options.hpp"
 #include "torsio/plant.hpp"

@@ -10,7 +10,7 @@ import typer
 
 import torsio
 from torsio.apps.commands.shared import Device, Seconds, opened, plainly
-from torsio.apps.doctor.knob import limits_text, missing
+from torsio.apps.doctor.examination import limits_text, missing
 from torsio.common.screen import line, out
 
 __all__ = ["add_to"]

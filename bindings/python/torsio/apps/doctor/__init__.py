@@ -16,6 +16,7 @@ from typing import Any
 import torsio
 from torsio.apps.doctor import others
 from torsio.apps.doctor.drift import check_drift
+from torsio.apps.doctor.examination import KNOB_CHECKS
 from torsio.apps.doctor.facts import (
     Permission,
     UsbKnob,
@@ -25,7 +26,6 @@ from torsio.apps.doctor.facts import (
     find_usb_knobs,
 )
 from torsio.apps.doctor.findings import Finding
-from torsio.apps.doctor.knob import KNOB_CHECKS
 from torsio.apps.doctor.linux import check_driver, check_permission, check_usb
 from torsio.common.emulated import EMULATED, selects_emulated
 from torsio.errors import Error

@@ -1,7 +1,5 @@
 // torsio._torsio.core, second part: the scene. It is given as the reports that carry its effects,
 // and prepared for the tick by the device's own code.
-#include "core/scene.hpp"
-
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
@@ -15,6 +13,7 @@
 #include <variant>
 
 #include "bytes.hpp"
+#include "core/scene.hpp"
 #include "device/prepare.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"

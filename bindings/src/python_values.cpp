@@ -1,4 +1,4 @@
-#include "convert.hpp"
+#include "python_values.hpp"
 
 #include <memory>
 #include <stdexcept>

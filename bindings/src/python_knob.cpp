@@ -3,8 +3,6 @@
 //
 // Every call that may wait lets go of the interpreter's lock, so that other Python threads run, and
 // asks for signals while it waits, so that Ctrl-C ends it at once.
-#include "torsio/knob.hpp"
-
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -24,12 +22,13 @@
 #include "bytes.hpp"
 #include "conversion/config_kinds.hpp"
 #include "conversion/configuration.hpp"
-#include "convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
 #include "own_transport.hpp"
 #include "protocol/codec.hpp"
+#include "python_values.hpp"
 #include "torsio/config_file.hpp"
+#include "torsio/knob.hpp"
 
 namespace torsio::bindings {
 namespace {
