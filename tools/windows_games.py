@@ -1,4 +1,4 @@
-"""Makes what the guests play: games of Windows, the library, Wine's own folder."""
+"""Makes what the guests play: games of Windows and of OIS, the library, Wine's own folder."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ TREE = Path(__file__).parent.parent
 FOLDER = TREE / "build/games"
 SOURCES = TREE / "tests/vm/guest/dinput"
 PROGRAMS = ("effects", "sdl")
+OIS = TREE / "tests/vm/guest/ois.cpp"
 # SDL's Windows builds, and the packages for Python that bring them.
 SDL = {"SDL2.dll": "pysdl2-dll==2.32.10", "SDL3.dll": "tcod==21.2.2"}
 COMPILER = "x86_64-w64-mingw32-g++-posix"
@@ -90,6 +91,7 @@ def make() -> None:
         source, program = SOURCES / f"{name}.cpp", FOLDER / f"{name}.exe"
         if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
             subprocess.run([COMPILER, *_FLAGS, source, "-o", program, *_LIBRARIES], check=True)
+    subprocess.run(["c++", *_FLAGS[:4], OIS, "-o", FOLDER / "ois", "-lOIS"], check=True)
     for library, package in SDL.items():
         _fetch_sdl(library, package)
     _make_library()

@@ -90,7 +90,7 @@ _PACKAGES = {
     "languages": ("languages",),
     "documents": ("documents",),
     "making": ("making",),
-    "windows games": ("windows",),
+    "windows games": ("windows", "players"),
 }
 
 
@@ -161,7 +161,7 @@ def _build_tests(plan: plans.Plan) -> None:
     if kernels is not None:
         kernels.result()
     if "windows games" in needs:
-        environment.make_parser()
+        environment.make_players()
         building.build_windows_games()
 
 

@@ -136,9 +136,11 @@ def make_pyright() -> Path:
     return _beside("pyright", "pyright", needed, "pyright==1.1.414")
 
 
-def make_parser() -> Path:
-    """Make an environment with another parser of HID descriptors."""
-    return _beside("parser", "a parser of HID", Path(__file__), "hid-parser==0.1.0")
+def make_players() -> Path:
+    """Make an environment with libraries of players' programs: they bring builds of SDL."""
+    sdl = ("pygame==2.6.1", "PySDL2==0.9.17", "pysdl2-dll==2.32.10")
+    versions = (*sdl, "pyglet==2.1.19", "hid-parser==0.1.0")
+    return _beside("players", "players' libraries", Path(__file__), *versions)
 
 
 @dataclass(frozen=True)

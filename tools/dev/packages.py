@@ -81,6 +81,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("udev", _executable("/lib/systemd/systemd-udevd")),
             # Shows how a desktop understands a dial.
             ("libinput-tools", _program("libinput")),
+            # Linux's own programs that try forces out.
+            ("joystick", _program("fftest")),
             # Players' programs that take seconds to try.
             ("python3-evdev", Path("/usr/lib/python3/dist-packages/evdev").is_dir),
             ("libsdl2-tests", _executable("/usr/libexec/installed-tests/SDL2/testhaptic")),
@@ -116,6 +118,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("wine64", _executable("/usr/lib/wine/wine64")),
         ),
         # A Python for Windows comes through Maven; udev's functions are named in its header.
+        # Programs that players have. A virtual machine tries them.
+        "players": (("libois-dev", _header("ois/OIS.h")),),
         "wheels": (
             ("libudev-dev", _header("libudev.h")),
             ("maven", _program("mvn")),

@@ -295,7 +295,7 @@ def test_radial_controller_turns_is_pressed_and_clicks(bus: VirtualBus, tmp_path
 def test_another_parser_reads_the_radial_controller(bus: VirtualBus, tmp_path: Path) -> None:
     knob = plug_dial(bus, tmp_path)
     (descriptor,) = (knob.sysfs / f"{knob.bus_id}:1.1").glob("*/report_descriptor")
-    said = run(TREE / "build/parser/bin/python", "-W", "ignore", "-c", PARSER, descriptor)
+    said = run(TREE / "build/players/bin/python", "-W", "ignore", "-c", PARSER, descriptor)
     asked = "e:23=0..100 e:24=0..255 e:25=0..2000"  # intensity, repeats, period
     assert said.splitlines() == [
         "input 3 9:1=0..1 1:37=-3600..3600",

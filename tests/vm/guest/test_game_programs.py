@@ -1,10 +1,12 @@
-"""Programs that nobody here wrote: SDL's own tests, python-evdev.
+"""Programs and libraries that nobody here wrote: SDL's own tests, OIS, python-evdev.
 
-testhaptic takes a minute of the guest's time, testrumble 8 s. They run with ``./dev test games``.
+testhaptic takes a minute of the guest's time, testrumble 8 s. OIS takes 10 s and a compiled
+program. They run with ``./dev test games``.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -13,7 +15,7 @@ import pytest
 
 from tests.vm.guest.torque_log import held, let_pass, pieces, plug, read_log, turn
 from tests.vm.guest.udev import run
-from tests.vm.guest.virtual_bus import VirtualBus, wait_for
+from tests.vm.guest.virtual_bus import TREE, VirtualBus, wait_for
 
 pytestmark = pytest.mark.usefixtures("udev")
 
@@ -111,3 +113,54 @@ def test_python_evdev_finds_the_knob_and_pushes_it(bus: VirtualBus, tmp_path: Pa
     let_pass(knob, 0.2)
     _, _, torque = read_log(bus, log)
     assert held(torque) == pytest.approx([0, 0.5, 0], abs=1e-3)
+
+
+@pytest.mark.games
+@pytest.mark.odd_trigger
+def test_ois_opened_late_sees_axis_and_button_and_plays_all_of_its_effects(
+    bus: VirtualBus, tmp_path: Path
+) -> None:
+    knob, log = plug(bus, tmp_path, range_deg=90)
+    run("udevadm", "settle")  # udev's jscal-restore opens the device
+    # By half of half the range, with a button held, while nobody has the device open.
+    turn(knob, tmp_path, [(0.0, 0.0), (0.1, np.pi / 8)])
+    knob.say("buttons 2")
+    let_pass(knob, 0.5)
+    said = tmp_path / "said"
+    with said.open("w") as out:
+        tool = subprocess.Popen(TREE / "build/games/ois", stdin=subprocess.PIPE, stdout=out)
+    assert tool.stdin is not None
+
+    def line(number: int) -> str:
+        """Wait for a line of the program's own; the library has others."""
+
+        def found() -> list[str]:
+            lines = said.read_text().splitlines()
+            return [line for line in lines if not line.startswith("Linux")][number:]
+
+        return wait_for(f"line {number}", found)[0]
+
+    assert line(0) == "Torsio haptic knob, axes 2"
+    assert int(line(1).split()[1]) == pytest.approx(16384, abs=300)
+    knob.say("buttons 0")
+    assert line(2) == "let go"
+    # To and fro, for effects that answer to the motion.
+    turn(knob, tmp_path, [(0.05 * n, 0.4 + n % 2 / 10) for n in range(600)])
+    played = []
+    for n in range(11):
+        os.write(tool.stdin.fileno(), b"\n")
+        played.append(line(3 + n))
+        let_pass(knob, 0.5)
+        os.write(tool.stdin.fileno(), b"\n")
+    tool.stdin.close()
+    assert tool.wait(30) == 0
+    time_s, _, torque = read_log(bus, log)
+    peaks = [np.abs(part).max() for _, part in pieces(time_s, torque, 0.1)]
+    felt = dict(zip(played, peaks, strict=True))
+    for name in ("Constant", "Ramp", "Square", "Triangle", "Sine", "SawToothUp", "SawToothDown"):
+        assert felt.pop(name) == pytest.approx(0.5, rel=0.05), name
+    assert felt.pop("Friction") == pytest.approx(0.5, rel=0.05)
+    assert 0.5 * 0.4 / (np.pi / 4) < felt.pop("Spring") < 0.5 * 0.51 / (np.pi / 4)
+    assert felt.pop("Damper") == pytest.approx(0.5 * 2 / 20, rel=0.2)
+    assert felt.pop("Inertia") > 0.01
+    assert felt == {}
