@@ -104,6 +104,9 @@ export class Knob {
       }
     } catch (error) {
       this.#stopTimers();
+      // Nobody would read the answer.
+      if (this.#isOurs) void this.#send(encode("command", { op: "disarm" })).catch(() => {});
+      this.transport.close();
       this.state = "disconnected";
       this.onGone((error as Error).message);
       this.onChange();
@@ -156,14 +159,14 @@ export class Knob {
 
   readonly #takeSample = (row: ArrayLike<number>, tick: number, counts: number): void => {
     this.#newestTick = tick;
-    this.keeper?.sample(row, tick, counts, this.decoder.flags);
+    this.#keep((keeper) => keeper.sample(row, tick, counts, this.decoder.flags));
     this.onSample(row);
   };
 
   #takeNews(bytes: Uint8Array): void {
     const { name, values } = decode(bytes);
     this.#newestTick = Math.max(this.#newestTick, Number(values.tick ?? 0));
-    this.keeper?.report(this.#newestTick, false, bytes);
+    this.#keep((keeper) => keeper.report(this.#newestTick, false, bytes));
     if (name === "acknowledgement") {
       this.#enter(String(values.state), String(values.owner));
       this.#answers.get(Number(values.sequence))?.(values);
@@ -210,9 +213,20 @@ export class Knob {
     this.#send(encode("command", { op: "keep_alive" })).catch(() => {});
   }
 
+  /** A recording that fails ends; the knob goes on. */
+  #keep(keep: (keeper: Keeper) => void): void {
+    try {
+      if (this.keeper) keep(this.keeper);
+    } catch (error) {
+      this.keeper = undefined;
+      this.onComplaint(`the recording ends here: ${(error as Error).message}`);
+    }
+  }
+
   #send(report: Uint8Array): Promise<void> {
-    this.keeper?.report(this.#newestTick, true, report);
-    return this.transport.write(report);
+    const written = this.transport.write(report);
+    this.#keep((keeper) => keeper.report(this.#newestTick, true, report));
+    return written;
   }
 
   /** One after the other: scenes and configurations must not mix. */
@@ -372,8 +386,9 @@ export class Knob {
     await this.#inTurn(async () => {
       const answer = this.#expect(report);
       answer.catch(() => {});
-      this.keeper?.report(this.#newestTick, true, report);
-      if (!(await this.transport.setFeature(report))) {
+      const taken = this.transport.setFeature(report);
+      this.#keep((keeper) => keeper.report(this.#newestTick, true, report));
+      if (!(await taken)) {
         throw new Refused("the device refused the configuration: disarm it first");
       }
       throwIfRefused(await answer);
@@ -388,12 +403,20 @@ export class Knob {
     return this.decoder.decimation ? 1e9 / this.identity.controlPeriodNs / this.decoder.decimation : 0;
   }
 
-  async close(): Promise<void> {
-    // A game or a dial that is looked at keeps the actuator.
-    const ours = this.state === "armed" && this.owner === "sdk" && !this.transport.readOnly;
-    if (ours) await this.disarm().catch(() => {});
-    this.#stopTimers();
-    this.transport.close();
+  /** A game or a dial that is looked at keeps the actuator. */
+  get #isOurs(): boolean {
+    return this.state === "armed" && this.owner === "sdk" && !this.transport.readOnly;
+  }
+
+  /** @param last is done once the knob is disarmed; it closes even if that fails */
+  async close(last?: () => Promise<unknown>): Promise<void> {
+    try {
+      if (this.#isOurs) await this.disarm().catch(() => {});
+      await last?.();
+    } finally {
+      this.#stopTimers();
+      this.transport.close();
+    }
   }
 }
 

@@ -61,7 +61,7 @@ class Device {
     const sequence = report[1] | (report[2] << 8);
     if (report[0] === REPORTS.command.id && this.mute) return;
     if (report[0] === REPORTS.command.id) this.ops.push(decode(report).values.op);
-    this.say(encode("acknowledgement", { ...this.held, sequence, report: report[0], status: 0, field: 255 }));
+    if (sequence) this.say(encode("acknowledgement", { ...this.held, sequence, report: report[0], status: 0, field: 255 }));
   }
 
   say(...reports) {
@@ -214,4 +214,75 @@ test("closing disarms what the page has armed, and neither a game nor the dial",
     assert.equal(device.closed, true);
     assert.equal(device.ops.includes("disarm"), owner === "sdk", owner);
   }
+});
+
+/** A device that this page has armed, with its knob. */
+async function armed() {
+  const device = new Device({ health: encode("health", { state: "armed", owner: "sdk" }) });
+  device.held = { state: "armed", owner: "sdk" };
+  return [device, await Knob.open(device)];
+}
+
+const full = () => {
+  throw new Error("full");
+};
+
+test("a recording that fails keeps no order from the device, and is told once", async () => {
+  for (const order of [(knob) => knob.disarm(), (knob) => knob.configure("control_config", {})]) {
+    const [device, knob] = await armed();
+    const said = [];
+    let configured = 0;
+    device.setFeature = async (report) => {
+      ++configured;
+      const sequence = report[1] | (report[2] << 8);
+      device.say(encode("acknowledgement", { ...device.held, sequence, report: report[0] }));
+      return true;
+    };
+    knob.onComplaint = (sentence) => said.push(sentence);
+    knob.keeper = { sample: full, report: full };
+    device.ops = [];
+    await order(knob);
+    assert.ok(configured || device.ops.includes("disarm"));
+    assert.deepEqual(said, ["the recording ends here: full"]);
+    await knob.close();
+  }
+});
+
+test("samples and news of a knob outlive the recording that they break", async () => {
+  const sample = encode("telemetry", { axis_samples: 16, decimation: 2, tick: 2n });
+  for (const report of [sample, encode("event", { state: "armed", owner: "sdk" })]) {
+    const [device, knob] = await armed();
+    knob.keeper = { sample: full, report: full };
+    device.say(report);
+    await settled();
+    assert.equal(knob.state, "armed");
+    await knob.close();
+  }
+});
+
+test("closing disarms before its last work, and closes when that fails", async () => {
+  const [device, knob] = await armed();
+  device.ops = [];
+  const last = async () => {
+    assert.deepEqual(device.ops, ["disarm"]);
+    full();
+  };
+  await assert.rejects(knob.close(last), /full/);
+  assert.equal(device.closed, true);
+});
+
+test("a page that breaks on what it hears lets go of the knob", async () => {
+  const [device, knob] = await armed();
+  knob.onChange = full;
+  device.ops = [];
+  let why;
+  knob.onGone = (words) => {
+    why = words;
+    knob.onChange = () => {};
+  };
+  device.say(encode("event", { state: "armed", owner: "sdk" }));
+  await settled();
+  assert.equal(why, "full");
+  assert.ok(device.ops.includes("disarm"));
+  assert.equal(device.closed, true);
 });
