@@ -32,7 +32,7 @@ _FLAGS = (
 # The page's modules that need no browser.
 MODULES = (
     *("codec", "conversion", "emulated_device", "energies", "games", "knob", "lines", "reports"),
-    *("samples", "strip"),
+    *("samples", "strip", "text_file"),
 )
 
 

@@ -6,6 +6,7 @@ import { form } from "./form";
 import type { Knob } from "./knob";
 import { byId, element, label, saveFile } from "./page";
 import { CONFIGURATIONS } from "./reports";
+import { textOf } from "./text_file";
 
 type Attempt = (act: () => Promise<unknown>) => void;
 
@@ -25,7 +26,7 @@ export class Configurations {
     const file = byId<HTMLInputElement>("import-configuration");
     file.addEventListener("change", () => {
       const chosen = file.files?.[0];
-      if (chosen) attempt(async () => this.#fromFile(await chosen.text()));
+      if (chosen) attempt(async () => this.#fromFile(await textOf(chosen)));
       file.value = "";
     });
   }
