@@ -31,8 +31,8 @@ const EMULATED = { effects: 16, curvePoints: 1024, countsPerRev: 8192, controlPe
 const MOST_STEPS = 32767;
 
 let knob: Knob | undefined;
-// Whether the knob has the scene that is shown.
-let isPlayed = false;
+/** The scene that the knob has from this page. */
+let playing: Effect[] | undefined;
 
 function say(message: string): void {
   const place = byId("message");
@@ -51,9 +51,10 @@ function world(): World | undefined {
 }
 
 async function play(scene: Effect[]): Promise<void> {
-  isPlayed = false;
+  playing = undefined;
+  const played = structuredClone(scene);
   await knob!.play(scene);
-  isPlayed = true;
+  playing = played;
   // Behind all else: what fails here must not keep a scene from being played.
   void warnOfSwings(knob!).catch((error: unknown) => drives() && say((error as Error).message));
 }
@@ -95,7 +96,7 @@ const editor = new SceneEditor((scene) => {
 });
 showPlaces(editor.scene);
 const configurations = new Configurations(() => knob, attempt);
-const recorder = new Recorder(() => knob, () => editor.scene, attempt);
+const recorder = new Recorder(() => knob, () => editor.scene, () => playing, attempt);
 const firstPower = new FirstPower(
   () => knob,
   attempt,
@@ -182,10 +183,9 @@ async function transportTo(kind: string, hadOne: boolean): Promise<Transport> {
 
 /** Lets go of the knob, if there is one, and says what goes on. */
 async function letGo(words: string): Promise<void> {
-  await recorder.end();
   // That it goes is no news then.
   if (knob) knob.onGone = knob.onChange = () => {};
-  await knob?.close();
+  await knob?.close(() => recorder.end()).catch((error: unknown) => say((error as Error).message));
   knob = undefined;
   dial.letGo();
   pressStop(false);
@@ -224,7 +224,7 @@ async function connectTo(kind: string): Promise<void> {
     showState();
     throw error;
   }
-  isPlayed = false;
+  playing = undefined;
   knob.onSample = (row) => {
     newest = row;
     plots.push(row);
@@ -239,7 +239,7 @@ async function connectTo(kind: string): Promise<void> {
   knob.onGone = (why) => {
     say(why);
     // The recording so far is not lost.
-    void recorder.end();
+    recorder.end().catch((error: unknown) => say(`${why}; ${(error as Error).message}`));
   };
   const { serial, firmware, controlPeriodNs } = knob.identity;
   const rate = (1e6 / controlPeriodNs).toFixed(0);
@@ -249,7 +249,7 @@ async function connectTo(kind: string): Promise<void> {
   showState();
   knob.onComplaint = (sentence) => say(sentence ?? "");
   knob.onForgotten = () => {
-    isPlayed = false;
+    playing = undefined;
   };
   knob.onConfigured = () => attempt(() => configurations.load());
   try {
@@ -341,7 +341,7 @@ const connection = byId<HTMLSelectElement>("connection");
 button("connect").addEventListener("click", () => attempt(() => connect(connection.value)));
 for (const id of ["arm", "hint-arm"]) {
   button(id).addEventListener("click", () =>
-    attempt(() => knob!.arm(Promise.all([recorder.ready(), isPlayed || play(editor.scene)]))),
+    attempt(() => knob!.arm(Promise.all([recorder.ready(), playing ?? play(editor.scene)]))),
   );
 }
 button("disarm").addEventListener("click", () => attempt(disarm));

@@ -17,6 +17,7 @@ export class Recorder {
   constructor(
     private readonly knob: () => Knob | undefined,
     private readonly scene: () => readonly Effect[],
+    private readonly playing: () => readonly Effect[] | undefined,
     attempt: (act: () => Promise<unknown>) => void,
   ) {
     this.#button.addEventListener("click", () =>
@@ -45,7 +46,10 @@ export class Recorder {
       // With all that plays from the beginning on, so that the file can be replayed.
       await knob.startTelemetry();
       // The scene of an armed knob stays.
-      if (knob.transport.readOnly || knob.state === "armed") return;
+      if (knob.transport.readOnly || knob.state === "armed") {
+        if (this.playing()) this.note("playing", { scene: this.playing() });
+        return;
+      }
       knob.forgetScene();
       await knob.play(this.scene());
       this.note("play", { scene: this.scene() });
@@ -69,7 +73,11 @@ export class Recorder {
     this.#show();
     if (!recording) return;
     const name = new Date().toISOString().slice(0, 19).replaceAll(":", "-");
-    saveFile(await recording.end(), `torsio-${name}.mcap`);
+    try {
+      await recording.end();
+    } finally {
+      saveFile(recording.file, `torsio-${name}.mcap`);
+    }
   }
 
   #show(): void {

@@ -1,5 +1,5 @@
 // A recording: what a knob said and was told, as the MCAP file that `torsio.load`, Foxglove and
-// PlotJuggler open. docs/reference/studio.md has its topics; torsio/recording.py writes the same.
+// PlotJuggler open. docs/reference/studio.md has its topics; torsio/recordings/file.py writes the same.
 
 import { McapWriter, type IWritable } from "@mcap/core";
 import { decode, type Values } from "./codec";
@@ -61,12 +61,16 @@ export class Recording implements Keeper {
   readonly #writer = new McapWriter({ writable: this.#parts, chunkSize: CHUNK_BYTES });
   readonly #channels = new Map<Topic, number>();
   readonly #sequences = new Map<Topic, number>();
-  #hostMinusDeviceNs: bigint | undefined;
+  // The times of all messages are the device's, laid on the host's clock once.
+  readonly #hostMinusDeviceNs: bigint;
+  #newestNs: bigint;
   #lost: number;
   // The library writes one thing at a time.
   #turn: Promise<unknown> = Promise.resolve();
 
-  private constructor(private readonly knob: Knob) {
+  private constructor(private readonly knob: Knob, deviceNs: bigint) {
+    this.#newestNs = deviceNs;
+    this.#hostMinusDeviceNs = nowNs() - deviceNs;
     this.#lost = knob.decoder.lost;
   }
 
@@ -74,7 +78,7 @@ export class Recording implements Keeper {
   static async begin(knob: Knob): Promise<Recording> {
     const configuration: Record<string, Given> = {};
     for (const name of CONFIGURATIONS) configuration[REPORTS[name]!.title] = await knob.config(name);
-    const recording = new Recording(knob);
+    const recording = new Recording(knob, (await knob.read("clock")).time_ns as bigint);
     await recording.#start(configuration);
     knob.keeper = recording;
     return recording;
@@ -108,6 +112,9 @@ export class Recording implements Keeper {
     const versions = {
       protocol: PROTOCOL_VERSION, fingerprint: FINGERPRINT, firmware: identity.firmware, studio: navigator.userAgent,
     };
+    // A number of JavaScript's has too few digits.
+    const clock = new Map([["host_minus_device_ns", String(this.#hostMinusDeviceNs)]]);
+    await this.#writer.addMetadata({ name: "clock", metadata: clock });
     // Last the versions: who has them has all of these.
     for (const [name, values] of Object.entries({ info, configuration, versions })) {
       const metadata = new Map(Object.entries(values).map(([key, value]) => [key, text(value)]));
@@ -115,36 +122,34 @@ export class Recording implements Keeper {
     }
   }
 
-  #add(topic: Topic, atNs: bigint, message: object): void {
+  #add(topic: Topic, deviceNs: bigint, message: object): void {
     const sequence = (this.#sequences.get(topic) ?? 0) + 1;
     this.#sequences.set(topic, sequence);
     const data = new TextEncoder().encode(text(message));
     const channelId = this.#channels.get(topic)!;
+    const logTime = this.#hostMinusDeviceNs + deviceNs, publishTime = nowNs();
     this.#turn = this.#turn.then(() =>
-      this.#writer.addMessage({ channelId, sequence, logTime: atNs, publishTime: atNs, data }),
+      this.#writer.addMessage({ channelId, sequence, logTime, publishTime, data }),
     );
     this.#turn.catch(() => {}); // told at the end
   }
 
   /** An event of the user's. */
   note(kind: string, values: object = {}): void {
-    this.#add("events", nowNs(), { kind, ...values });
+    this.#add("events", this.#newestNs, { kind, ...values });
   }
 
   sample(row: ArrayLike<number>, tick: number, counts: number, flags: number): void {
     const [time_s, angle_rad, speed_rad_s, desired_torque_nm, motor_command_nm, brake_capacity_nm, spring_torque_nm] =
       Array.from(row);
-    const deviceNs = BigInt(Math.round(1e9 * time_s!));
-    // Device time is laid on the host's clock at the first sample.
-    this.#hostMinusDeviceNs ??= nowNs() - deviceNs;
-    const at = this.#hostMinusDeviceNs + deviceNs;
+    const deviceNs = (this.#newestNs = BigInt(Math.round(1e9 * time_s!)));
     const { lost } = this.knob.decoder;
     if (lost > this.#lost) {
-      this.#add("drop_outs", at, { samples_lost: lost - this.#lost });
+      this.#add("drop_outs", deviceNs, { samples_lost: lost - this.#lost });
       this.#lost = lost;
     }
     ++this.samples;
-    this.#add("telemetry", at, {
+    this.#add("telemetry", deviceNs, {
       tick, time_s, position_counts: counts, angle_rad, speed_rad_s, desired_torque_nm, motor_command_nm,
       brake_capacity_nm, spring_torque_nm, flags,
     });
@@ -158,15 +163,23 @@ export class Recording implements Keeper {
       // Kept as it is.
     }
     const hex = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
-    this.#add("reports", nowNs(), { tick, sent, name, bytes: hex });
-    if (name === "event") this.#add("device_events", nowNs(), values);
+    this.#add("reports", this.#timeNs(tick), { tick, sent, name, bytes: hex });
+    if (name === "event") this.#add("device_events", this.#timeNs(Number(values.tick)), values);
   }
 
-  /** Gives the file. @throws Error if it could not be written */
-  async end(): Promise<Blob> {
+  #timeNs(tick: number): bigint {
+    return BigInt(Math.round(tick * this.knob.identity.controlPeriodNs));
+  }
+
+  /** @throws Error if not all could be written */
+  async end(): Promise<void> {
     if (this.knob.keeper === this) this.knob.keeper = undefined;
     await this.#turn;
     await this.#writer.end();
+  }
+
+  /** As far as it is written. */
+  get file(): Blob {
     return this.#parts.blob;
   }
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -265,6 +265,47 @@ def test_recording_brings_its_scene_and_motion(tmp_path: Path) -> None:
     assert path[-1, 1] == pytest.approx(float(log["angle_rad"][-1]), abs=1e-3)
     assert options.plant.spring_and_brake
     assert options.plant.electrics is not None
+
+
+def test_recording_that_began_while_a_scene_played_brings_it(tmp_path: Path) -> None:
+    file = tmp_path / "visit.mcap"
+    with torsio.open("emulated") as knob:
+        knob.play(WALL)
+        knob.arm()
+        with knob.record_to(file):
+            knob.sleep(0.5)
+        assert options_of(file, {}).scene == [WALL]
+        assert [event["kind"] for event in torsio.load(file).events] == ["playing"]
+        knob.stop()
+        with knob.record_to(file):
+            knob.sleep(0.1)
+    assert torsio.load(file).events == []
+
+
+def test_recording_that_cannot_be_traded_says_what_it_lacks(tmp_path: Path) -> None:
+    file = tmp_path / "visit.mcap"
+    record = ["record", str(file), "--device", "emulated", "--seconds", "0.5"]
+    assert CliRunner().invoke(app, record).exit_code == 0
+    with pytest.raises(torsio.Error, match="record in the program or page that plays it"):
+        options_of(file, {})
+    with torsio.open("emulated") as knob:
+        recording = knob.record_to(file)
+        knob.play(WALL)
+        knob.sleep(0.5)
+        with pytest.warns(torsio.DisarmedWarning):
+            recording.close()
+    recorded = torsio.load(file)
+    with pytest.raises(torsio.Error, match="not armed in the recording"):
+        options_of(recorded, {})
+    recorded.telemetry["flags"] = 1
+    # A page names effects as the protocol does.
+    range_ = {"lower_rad": -1.0, "upper_rad": 1.0, "stiffness_nm_per_rad": 1.0}
+    stops = {"type": "end_stops", **range_}
+    recorded.events[0]["scene"] = [asdict(WALL) | {"type": "wall"}, stops]
+    assert options_of(recorded, {}).scene == [WALL, torsio.EndStops(**range_)]
+    stops["type"] = "wail"
+    with pytest.raises(torsio.Error, match="version that this one does not read: 'wail'"):
+        options_of(recorded, {})
 
 
 def test_command_prints_words_json_and_a_picture(tmp_path: Path) -> None:

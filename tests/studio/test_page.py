@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from tests.studio.browser import (
     state_is,
 )
 from torsio import protocol
+from torsio.trading.sources import options_of
 
 TREE = Path(__file__).parents[2]
 STIFFNESS, WALL_RAD = 1.4, 0.3  # the page's first scene
@@ -318,9 +320,15 @@ def test_configuration_is_checked_applied_compared_and_kept_in_a_file(
             expect(page.locator("#message")).to_contain_text(said)
 
         # Applying one card keeps the edits of another.
-        saved.write_text('{"control_config": {"beta": 0.75}, "game_config": {"gain": 0.25}}')
-        page.set_input_files("#import-configuration", saved)
-        expect(games.locator(".differences")).to_have_text("gain: 0.5 in the knob, 0.25 here")
+        for gain, encoding in ((0.125, "utf-16-be"), (0.375, "utf-16-le"), (0.25, "utf-8")):
+            edited = (
+                f'\ufeff{{"control_config": {{"beta": 0.75}}, "game_config": {{"gain": {gain}}}}}'
+            )
+            saved.write_text(edited, encoding)
+            page.set_input_files("#import-configuration", saved)
+            expect(games.locator(".differences")).to_have_text(
+                f"gain: 0.5 in the knob, {gain} here"
+            )
         page.locator("#control_config button.apply").click()
         expect(page.locator("#control_config .differences")).to_be_empty()
         expect(games.locator(".differences")).to_have_text("gain: 0.5 in the knob, 0.25 here")
@@ -435,6 +443,18 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
             page.click("#record")
         download.value.save_as(file)
         assert download.value.suggested_filename.endswith(".mcap")
+        # A scene that plays already is noted.
+        armed(page)
+        page.click("#record")
+        news(page)
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        with page.expect_download() as download:
+            page.click("#record")
+        download.value.save_as(tmp_path / "later.mcap")
+    wall = [torsio.Wall(angle_rad=WALL_RAD, stiffness_nm_per_rad=STIFFNESS)]
+    assert options_of(file, {}).scene == wall
+    assert options_of(tmp_path / "later.mcap", {}).scene == wall
     counts = check_recording(file)
     assert counts_in_foxglove(file) == counts
     recorded = torsio.load(file)
@@ -455,6 +475,15 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     )
     assert torsio.ControlConfig(**recorded.metadata["configuration"]["ControlConfig"])
     assert [event["kind"] for event in recorded.events] == ["play"]
+    # One time line, the device's, with the host's beside it.
+    begin_s, end_s = samples["time_s"][[0, -1]]
+    offset_s = 1e-9 * recorded.metadata["clock"]["host_minus_device_ns"]
+    for event in recorded.events + recorded.device_events:
+        assert begin_s - 1.0 < event["device_time_s"] < end_s + 1.0
+        assert event["host_time_ns"] * 1e-9 == pytest.approx(time.time(), abs=600.0)
+        assert event["device_time_s"] + offset_s == pytest.approx(time.time(), abs=600.0)
+    for event in recorded.device_events:
+        assert event["device_time_s"] == pytest.approx(event["tick"] * 250e-6, abs=1e-6)
     assert "armed" in {event["state"] for event in recorded.device_events} | {
         protocol.decode(content)[1].get("state") for _, _, content in recorded.reports
     }
@@ -464,3 +493,32 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     assert len(replayed.replayed) > len(samples) / 2
     assert replayed.largest_differences()["position_counts"] == 0
     assert replayed.largest_differences()["desired_torque_nm"] <= STEP_NM
+
+
+def test_recording_that_fails_keeps_no_torque_on(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#record")
+        expect(page.locator("#record")).to_have_text("stop recording")
+        armed(page)
+        page.evaluate("TextEncoder.prototype.encode = () => { throw new Error('no memory'); }; 0")
+        expect(page.locator("#message")).to_have_text("the recording ends here: no memory")
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        # What there was of it can be had.
+        with page.expect_download():
+            page.click("#record")
+
+
+def test_recording_that_fails_at_its_end_keeps_no_knob(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#record")
+        expect(page.locator("#record")).to_have_text("stop recording")
+        armed(page)
+        page.evaluate("Blob = class { constructor() { throw new Error('no memory'); } }; 0")
+        page.click("#connect")
+        expect(page.locator("#message")).to_have_text("no memory")
+        state_is(page, "disarmed")
+        news(page)
+        assert len(page.workers) == 1

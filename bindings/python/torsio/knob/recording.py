@@ -18,13 +18,14 @@ from torsio.common.notebook import Telemetry
 from torsio.errors import Error
 from torsio.knob import warnings as knob_warnings
 from torsio.printed.told import DeviceInfo, Energies
-from torsio.protocol import fingerprint
+from torsio.protocol import encode, fingerprint
 from torsio.recordings.file import RecordingFile
 from torsio.telemetry import Record
 
 __all__ = ["KnobRecording", "hang_on"]
 
 _ENERGIES_EVERY_S = 0.12
+_COMMIT = encode("commit", {})[0]
 _DRIFT = 200e-6  # a crystal is good to half of it
 
 
@@ -67,6 +68,7 @@ class KnobRecording:
         self._logs_inputs = logs_inputs
         self.awaits_arm: bool = False
         self._disarm_before: dict[str, Any] | None = None
+        self._scene: Any = None  # the last one of this program
         self._file: RecordingFile | None = None
         self._tap: _torsio.ReportTap | None = None
         self._asked_s = -math.inf
@@ -109,11 +111,15 @@ class KnobRecording:
             self._disarm_before = self._knob.last_disarm()
             self._clock = _DeviceClock(self._knob)
             try:
+                begun = tap.take()
                 self._tap = tap
                 self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
             except BaseException:
                 self._tap = None  # or it keeps every report from now on
                 raise
+            self._file.put(self._file.write_reports, [begun])
+            if any(content[0] == _COMMIT for _, sent, content in begun if sent):
+                self._file.note("playing", scene=self._scene)
         return self._file
 
     def close(self) -> None:
@@ -123,6 +129,8 @@ class KnobRecording:
 
     def note(self, kind: str, **values: Any) -> None:
         """Write down what was asked of the knob."""
+        if kind == "play":
+            self._scene = values["scene"]
         if self._file is not None:
             self._file.note(kind, **values)
 

@@ -14,7 +14,6 @@ from torsio.closed_loop import LoopOptions
 from torsio.common import checks
 from torsio.common.whole_file import text_of
 from torsio.errors import Error, InvalidArgument
-from torsio.printed import scenes
 from torsio.printed.config import CONFIGS, ActuatorConfig, ShaftConfig
 from torsio.printed.hands import Hand, PrescribedMotion
 from torsio.printed.plant import (
@@ -50,6 +49,10 @@ _KNOWN: Final[dict[str, Any]] = {
     **{"hand": Hand, "plant": PlantParams},
     **{name: kind for name, kind in CONFIGS.items() if name in _OPTIONS},
 }
+
+
+# A page calls them as the protocol does: end_stops.
+_EFFECTS: Final[dict[str, Any]] = {kind.__name__.lower(): kind for kind in Effect.__subclasses__()}
 
 
 def options_of(scene: Any, given: dict[str, Any]) -> LoopOptions:
@@ -112,10 +115,12 @@ def _from_python(path: Path) -> dict[str, Any]:
 
 def _from_recording(recorded: Recorded) -> dict[str, Any]:
     """Take the last scene that was played, the configuration, and the motion that was measured."""
-    played = [event["scene"] for event in recorded.events if event["kind"] == "play"]
+    played = [of["scene"] for of in recorded.events if of["kind"] in ("play", "playing")]
+    if not played:
+        raise Error("the recording has no scene: record in the program or page that plays it")
     armed = recorded.telemetry[recorded.telemetry["flags"] & 3 == 1]
-    if not played or len(armed) < 2:
-        raise Error("the recording has no scene that was played while the knob was armed")
+    if len(armed) < 2:
+        raise Error("the knob is not armed in the recording: arm it while you record")
     every = max(1, round(_PATH_EVERY_S / float(np.median(np.diff(armed["time_s"])))))
     # The mean of a hundredth of a second: steps of the encoder are no motion of the hand.
     whole = len(armed) // every * every
@@ -124,15 +129,20 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
         raise Error(f"the recording has {armed['time_s'][-1] - armed['time_s'][0]:.3g} s in it")
     path = np.column_stack([rows[0] - rows[0][0], rows[1]])
     kept = recorded.metadata["configuration"]
-    known = {
-        name: kind(**kept[kind.__name__]) for name, kind in _KNOWN.items() if kind.__name__ in kept
-    }
-    return {
-        "scene": [_effect(one) for one in played[-1]],
-        "hand": PrescribedMotion(angle_rad=path),
-        "plant": configured(known["actuator"], known["shaft"], EVERYTHING),
-        **known,
-    }
+    try:
+        known = {
+            name: kind(**kept[kind.__name__])
+            for name, kind in _KNOWN.items()
+            if kind.__name__ in kept
+        }
+        return {
+            "scene": [_effect(one) for one in played[-1]],
+            "hand": PrescribedMotion(angle_rad=path),
+            "plant": configured(known["actuator"], known["shaft"], EVERYTHING),
+            **known,
+        }
+    except (KeyError, TypeError) as error:
+        raise Error(f"the recording is of a version that this one does not read: {error}") from None
 
 
 def configured(actuator: ActuatorConfig, shaft: ShaftConfig, parts: PlantParams) -> PlantParams:
@@ -187,7 +197,7 @@ def configuration_of(path: Path, parts: PlantParams | None) -> dict[str, Any]:
 
 
 def _effect(values: dict[str, Any]) -> Effect:
-    kind = getattr(scenes, str(values["type"]))
+    kind = _EFFECTS[str(values["type"]).replace("_", "").lower()]
     known = {field.name for field in fields(kind)}
     timing = {"timing": Timing(**values["timing"])} if "timing" in values else {}
     made: Effect = kind(**{k: v for k, v in values.items() if k in known} | timing)
