@@ -6,13 +6,14 @@ import asyncio
 import math
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
 from playwright.sync_api import Browser, WebSocketRoute, expect
+from starlette.websockets import WebSocketDisconnect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
@@ -32,6 +33,7 @@ from tests.studio.browser import (
 )
 from torsio import protocol
 from torsio.studio.bridge import KEPT_REPORTS, Bridge, Waiting
+from torsio.studio.server import pass_on
 
 WRITE, INPUT, GET, SET, GOT, TAKEN, HAVE = 0, 1, 2, 3, 4, 6, 7
 COMMIT = 0x11
@@ -208,9 +210,100 @@ def test_command_keeps_no_knob_armed_whose_page_has_gone_silent_or_said_disarm(
         return list(written)
 
     assert told("arm")[:3] == ["arm", "keep_alive", "keep_alive"]
-    assert told("arm", "keep_alive", "disarm")[-1] == "disarm"
+    assert told("arm", "keep_alive", "disarm")[-2:] == ["disarm", "disarm"]
     monkeypatch.setattr("torsio.studio.bridge.PAGE_SILENCE_S", 0.0)
-    assert told("arm") == ["arm"]
+    assert told("arm") == ["arm", "disarm"]
+
+
+class _Page:
+    """A page that says commands, waits for conditions between them, and goes."""
+
+    def __init__(self, *says: str | Callable[[], bool]) -> None:
+        self._says = iter(says)
+        self.told = ""
+
+    async def send_text(self, text: str) -> None:
+        pass
+
+    async def send_bytes(self, message: bytes) -> None:
+        pass
+
+    async def receive_bytes(self) -> bytes:
+        for says in self._says:
+            if isinstance(says, str):
+                return bytes([WRITE]) + protocol.encode("command", {"op": says})
+            while not says():
+                await asyncio.sleep(1e-3)
+        raise WebSocketDisconnect
+
+    async def close(self, code: int, reason: str) -> None:
+        self.told = reason
+
+
+class _Device:
+    """Takes some commands and has no room for others."""
+
+    def __init__(self, takes: Callable[[str], bool]) -> None:
+        self.asked: list[str] = []
+        self.taken: list[str] = []
+        self._takes = takes
+
+    def read(self, timeout_s: float) -> None:
+        time.sleep(1e-3)
+
+    def write(self, report: bytes) -> bool:
+        op = protocol.decode(report)[1]["op"]
+        self.asked.append(op)
+        if takes := self._takes(op):
+            self.taken.append(op)
+        return takes
+
+    def close(self) -> None:
+        pass
+
+    def serve(self, page: _Page) -> list[str]:
+        """Give what it took while the page was there."""
+
+        async def run() -> list[str]:
+            bridge = Bridge(self)  # type: ignore[arg-type]
+            served = pass_on(bridge, page, title="", read_only=False)  # type: ignore[arg-type]
+            await asyncio.wait_for(served, 30.0)
+            taken = list(self.taken)
+            await asyncio.to_thread(bridge.close)
+            return taken
+
+        with ThreadPoolExecutor() as pool:
+            return pool.submit(lambda: asyncio.run(run())).result()
+
+
+@pytest.mark.parametrize("stuck", ["zero", "arm"])
+def test_disarm_passes_what_waits_and_no_arm_that_was_older_follows_it(stuck: str) -> None:
+    device = _Device(lambda op: op == "disarm" or "disarm" in device.taken)
+    waits, passed = (lambda: stuck in device.asked), (lambda: "save" in device.taken)
+    page = _Page(stuck, waits, "arm", "save", "disarm", passed)
+    assert [op for op in device.serve(page) if op != "zero"] == ["disarm", "save"]
+
+
+def test_arm_that_is_under_way_while_a_disarm_passes_is_followed_by_one() -> None:
+    def takes(op: str) -> bool:
+        while op == "arm" and "disarm" not in device.taken:
+            time.sleep(1e-3)
+        return True
+
+    device = _Device(takes)
+    page = _Page("arm", lambda: "arm" in device.asked, "disarm", lambda: len(device.taken) == 3)
+    assert device.serve(page) == ["disarm", "arm", "disarm"]
+
+
+def test_device_that_has_no_room_is_given_up_and_disarmed_when_it_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("torsio.studio.bridge._ROOM_S", 0.1)
+    device = _Device(lambda op: device.asked.count("disarm") == 5)
+    page = _Page("zero", lambda: False)
+    assert device.serve(page) == []
+    assert "takes no more reports" in page.told
+    assert device.taken == ["disarm"]
 
 
 def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address: str) -> None:

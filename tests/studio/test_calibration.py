@@ -113,6 +113,29 @@ def test_page_that_goes_stops_the_knob_and_leaves_it_as_it_was(knob: torsio.Knob
     assert (knob.actuator_config(), knob.control_config()) == before
 
 
+def test_server_that_ends_stops_the_knob_and_closes_it_as_it_was(
+    knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def look() -> tuple[Any, ...]:
+        return knob.state, knob.actuator_config(), knob.control_config()
+
+    before, closed = look(), []
+    monkeypatch.setattr(knob, "close", lambda: closed.append(look()))
+    page = _Page({"do": "calibrate"}, away="never")
+
+    async def run() -> None:
+        calibrating = asyncio.create_task(calibrate_for(page, lambda: knob))  # type: ignore[arg-type]
+        while {"kind": "step", "name": "friction and inertia"} not in page.told:
+            await asyncio.sleep(1e-3)
+        calibrating.cancel()
+        await asyncio.wait({calibrating})
+        assert calibrating.cancelled()
+
+    with ThreadPoolExecutor() as pool:
+        pool.submit(lambda: asyncio.run(run())).result()
+    assert closed == [before]
+
+
 @pytest.mark.parametrize("answer", [{"do": "leave"}, [], DEEP], ids=["leave", "list", "deep"])
 def test_nothing_is_kept_without_a_yes(knob: torsio.Knob, tmp_path: Path, answer: Any) -> None:
     knob.update(knob_coulomb_nm=3e-3)

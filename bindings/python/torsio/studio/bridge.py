@@ -13,16 +13,17 @@ import threading
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import Final
+from typing import Any, Final
 
 from torsio import _torsio
-from torsio.errors import Error
+from torsio.errors import Error, Timeout
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand
 from torsio.protocol import decode, encode
 
 __all__ = [
     *("GET", "GOT", "HAND", "HAVE", "INPUT", "PRESS", "SET", "STALLED", "TAKEN", "TRUTH", "WRITE"),
     *("KEPT_REPORTS", "MESSAGES_UNDER_WAY", "TOGETHER_S", "Bridge", "MessageError", "Waiting"),
+    *("arms", "lets_go"),
 ]
 
 # First byte of every message; studio/src/bridge_transport.ts has the same.
@@ -43,6 +44,9 @@ _LENGTHS: Final = {WRITE: 64, GET: 1, SET: 64, HAVE: 0, HAND: 8, PRESS: 1}
 _TELEMETRY: Final = 0x40
 _COMMAND: Final = encode("command", {})[0]
 _KEEP_ALIVE: Final = encode("command", {"op": "keep_alive"})
+_DISARM: Final = encode("command", {"op": "disarm"})
+# Longest that a report waits for room, which a full queue has after a millisecond.
+_ROOM_S: Final = 1.0
 _READ_S: Final = 0.02
 # More than a page holds of curves.
 KEPT_REPORTS: Final = 8192
@@ -63,6 +67,24 @@ _TRUTH: Final = (
 
 class MessageError(Error):
     """A page sent something that is no message of the bridge."""
+
+
+def _op(message: bytes) -> Any:
+    """Give the command that a page's message has, or None."""
+    if message[:2] == bytes([WRITE, _COMMAND]):
+        with contextlib.suppress(Error):  # the device refuses what nobody understands
+            return decode(message[1:])[1]["op"]
+    return None
+
+
+def lets_go(message: bytes) -> bool:
+    """Whether a page's message takes the torque off."""
+    return _op(message) in ("disarm", "stop")
+
+
+def arms(message: bytes) -> bool:
+    """Whether a page's message puts the torque on or keeps it."""
+    return _op(message) in ("arm", "keep_alive")
 
 
 class Waiting:
@@ -172,6 +194,7 @@ class Bridge:
         self._transport = transport
         self._world = world
         self._alive_until_s = 0.0
+        self._let_go = 0
         self._waiting = Waiting()
         self._under_way = asyncio.Semaphore(MESSAGES_UNDER_WAY)
         self._closed = threading.Event()
@@ -179,10 +202,17 @@ class Bridge:
         self._thread.start()
 
     def close(self) -> None:
-        """Let go of the device."""
-        self._closed.set()
-        self._thread.join()
-        self._transport.close()
+        """Disarm the device and let go of it."""
+        self._alive_until_s = 0.0
+        until_s = time.monotonic() + _ROOM_S
+        try:
+            with contextlib.suppress(Exception):  # the device may be what is gone
+                while not self._transport.write(_DISARM) and time.monotonic() < until_s:
+                    time.sleep(1e-3)
+        finally:
+            self._closed.set()
+            self._thread.join()
+            self._transport.close()
 
     def _read(self) -> None:
         again_s = 0.0
@@ -201,18 +231,25 @@ class Bridge:
         except Exception as error:
             self._waiting.end(error)
 
-    async def _write(self, report: bytes) -> None:
+    async def _write(self, message: bytes) -> None:
         """Hand on a report of the page, and learn whether the knob is to be kept alive."""
-        op = None
-        if report[0] == _COMMAND:
-            with contextlib.suppress(Error):  # the device refuses what nobody understands
-                op = decode(report)[1]["op"]
-        if op in ("disarm", "stop"):
+        if lets_go(message):
             self._alive_until_s = 0.0
-        while not await asyncio.to_thread(self._transport.write, report):
-            await asyncio.sleep(1e-3)  # a full queue empties by one report a millisecond
-        if op in ("arm", "keep_alive"):
+            self._let_go += 1
+        before = self._let_go
+        until_s = time.monotonic() + _ROOM_S
+        while not await asyncio.to_thread(self._transport.write, message[1:]):
+            if time.monotonic() > until_s:
+                raise Timeout("the knob takes no more reports; plug it in again")
+            await asyncio.sleep(1e-3)
+            if arms(message) and self._let_go != before:
+                return
+        if not arms(message):
+            return
+        if self._let_go == before:
             self._alive_until_s = time.monotonic() + PAGE_SILENCE_S
+        else:  # nobody knows which of the two came first
+            await self._write(bytes([WRITE]) + _DISARM)
 
     async def pump(self, send: Callable[[bytes], Awaitable[None]]) -> None:
         """Hand on what the device says, for ever. Raises what reading the device raises."""
@@ -243,7 +280,7 @@ class Bridge:
             taken = await asyncio.to_thread(self._transport.set_feature, report)
             return bytes([TAKEN if taken else STALLED])
         if kind == WRITE:
-            await self._write(report)
+            await self._write(message)
         elif self._world is None:
             raise MessageError("this knob is real: only a hand turns it")
         elif kind == HAND:

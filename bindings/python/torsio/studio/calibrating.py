@@ -9,7 +9,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import threading
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -90,53 +93,63 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
     except Error as error:
         await socket.send_json({"kind": "refused", "why": str(error)})
         return
+    loop, stopped = asyncio.get_running_loop(), threading.Event()
+    # Nothing cancels its thread, so the knob is closed after all else.
+    work = ThreadPoolExecutor(1)
     try:
-        found = await _measure(
-            socket, knob, quick=asked.get("quick") is True, supply_v=asked.get("supply_v")
+        measure = partial(
+            calibration.calibrate,
+            knob,
+            quick=asked.get("quick") is True,
+            supply_v=asked.get("supply_v"),
+            progress=partial(_tell, socket, loop, stopped),
         )
-        await socket.send_json(await asyncio.to_thread(described, knob, found))
+        found = await _unless_told(socket, loop.run_in_executor(work, measure))
+        await socket.send_json(await loop.run_in_executor(work, described, knob, found))
         if (await _asked(socket)).get("do") == "keep":
-            path = await asyncio.to_thread(_keep, knob, found)
+            path = await loop.run_in_executor(work, _keep, knob, found)
             await socket.send_json({"kind": "kept", "path": str(path), "forgets": knob.is_emulated})
     except (calibration.Refusal, Error, TypeError) as error:  # TypeError: the supply is no number
         await socket.send_json({"kind": "refused", "why": str(error)})
     finally:
-        await asyncio.to_thread(knob.close)
+        stopped.set()
+        await asyncio.to_thread(_stop_until, work.submit(knob.close), knob)
 
 
-async def _measure(
-    socket: WebSocket, knob: Knob, *, quick: bool, supply_v: Any
+def _stop_until(closed: Future[None], knob: Knob) -> None:
+    """Stop the knob again and again: a measurement may be about to arm it."""
+    while not closed.done():
+        with contextlib.suppress(Error):
+            knob.stop()
+        wait({closed}, _AGAIN_S)
+    closed.result()
+
+
+def _tell(
+    socket: WebSocket, loop: asyncio.AbstractEventLoop, stopped: threading.Event, step: str
+) -> None:
+    """Tell the page a step, in the thread that measures."""
+    if stopped.is_set():
+        raise _Stopped
+    told = asyncio.run_coroutine_threadsafe(socket.send_json({"kind": "step", "name": step}), loop)
+    with contextlib.suppress(Exception):  # the listener learns that the page has gone
+        told.result()
+
+
+async def _unless_told(
+    socket: WebSocket, measuring: asyncio.Future[calibration.Calibration]
 ) -> calibration.Calibration:
-    """Calibrate in a thread, and stop the knob if the page goes or says anything."""
-    loop = asyncio.get_running_loop()
-    stopped = False
-
-    def tell(step: str) -> None:
-        if stopped:
-            raise _Stopped
-        told = asyncio.run_coroutine_threadsafe(
-            socket.send_json({"kind": "step", "name": step}), loop
-        )
-        with contextlib.suppress(Exception):  # the listener learns that the page has gone
-            told.result()
-
-    measuring = asyncio.create_task(
-        asyncio.to_thread(
-            calibration.calibrate, knob, quick=quick, supply_v=supply_v, progress=tell
-        )
-    )
+    """Wait for a measurement, but no longer if the page goes or says anything."""
+    # Nobody may be left to hear its error.
+    measuring.add_done_callback(lambda of: of.cancelled() or of.exception())
     # All that a page can say now is stop.
     listening = asyncio.create_task(socket.receive())
-    await asyncio.wait({measuring, listening}, return_when=asyncio.FIRST_COMPLETED)
-    if measuring.done():
+    both: set[asyncio.Future[Any]] = {measuring, listening}
+    try:
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+    finally:
         listening.cancel()
-        await asyncio.gather(listening, return_exceptions=True)
-        return measuring.result()
-    stopped = True
-    while not measuring.done():
-        # Again and again: it may be about to arm.
-        with contextlib.suppress(Error):
-            await asyncio.to_thread(knob.stop)
-        await asyncio.wait({measuring}, timeout=_AGAIN_S)
-    await asyncio.gather(measuring, return_exceptions=True)
-    raise WebSocketDisconnect
+    await asyncio.gather(listening, return_exceptions=True)
+    if not measuring.done():
+        raise WebSocketDisconnect
+    return measuring.result()

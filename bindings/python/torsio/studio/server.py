@@ -30,8 +30,7 @@ from torsio.errors import Error
 from torsio.knob import Knob
 from torsio.knob.opening import open as open_knob
 from torsio.printed.emulator_options import EmulatorOptions
-from torsio.protocol import encode
-from torsio.studio.bridge import Bridge, MessageError, World
+from torsio.studio.bridge import KEPT_REPORTS, Bridge, MessageError, World, arms, lets_go
 from torsio.studio.calibrating import calibrate_for
 
 __all__ = ["GONE", "Emulated", "Server", "application", "pass_on", "refusal", "serve"]
@@ -123,8 +122,6 @@ class _Studio:
                 bridge, socket, title=title, read_only=False, is_emulated=emulator is not None
             )
         finally:
-            with contextlib.suppress(Exception):  # the device may be what is gone
-                await asyncio.to_thread(transport.write, encode("command", {"op": "disarm"}))
             await asyncio.to_thread(bridge.close)
 
 
@@ -155,11 +152,16 @@ async def pass_on(
     hello = {"title": title, "read_only": read_only, "is_emulated": is_emulated}
     await socket.send_text(json.dumps(hello))
     pump = asyncio.create_task(bridge.pump(socket.send_bytes))
-    answer = asyncio.create_task(_answer(bridge, socket))
-    done, others = await asyncio.wait({pump, answer}, return_when=asyncio.FIRST_COMPLETED)
-    for task in others:
-        task.cancel()
-    await asyncio.gather(*others, return_exceptions=True)
+    waiting: asyncio.Queue[bytes] = asyncio.Queue(KEPT_REPORTS)
+    receive = asyncio.create_task(_receive(bridge, socket, waiting))
+    answer = asyncio.create_task(_answer(bridge, socket, waiting))
+    tasks = {pump, receive, answer}
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
     for task in done:
         error = task.exception()
         # The server's library raises these two when the page has gone. The knob's errors are
@@ -170,13 +172,26 @@ async def pass_on(
                 await socket.close(GONE, str(error)[:_LONGEST_REASON])
 
 
-async def _answer(bridge: Passed, socket: WebSocket) -> None:
+async def _receive(bridge: Passed, socket: WebSocket, waiting: asyncio.Queue[bytes]) -> None:
+    """Take a page's messages; those that take the torque off pass the others."""
     while True:
         try:
-            answer = await bridge.answer(await socket.receive_bytes())
+            message = await socket.receive_bytes()
         except KeyError:
             raise MessageError("a page sent text where bytes belong") from None
-        if answer is not None:
+        if not lets_go(message):
+            await waiting.put(message)
+            continue
+        # No older one may put it on again.
+        for older in [waiting.get_nowait() for _ in range(waiting.qsize())]:
+            if not arms(older):
+                waiting.put_nowait(older)
+        await bridge.answer(message)
+
+
+async def _answer(bridge: Passed, socket: WebSocket, waiting: asyncio.Queue[bytes]) -> None:
+    while True:
+        if (answer := await bridge.answer(await waiting.get())) is not None:
             await socket.send_bytes(answer)
 
 
