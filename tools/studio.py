@@ -84,13 +84,16 @@ def build_wasm() -> Path:
     return module
 
 
+def check_page() -> None:
+    """Check the page's types."""
+    subprocess.run([STUDIO / "node_modules/.bin/tsc", "--noEmit", "-p", STUDIO], check=True)
+
+
 def build_page() -> Path:
-    """Check the page's types and bundle it."""
-    programs = STUDIO / "node_modules/.bin"
-    esbuild, quiet = str(programs / "esbuild"), ("--log-level=warning",)
+    """Bundle the page."""
+    esbuild, quiet = str(STUDIO / "node_modules/.bin/esbuild"), ("--log-level=warning",)
     entries = [str(STUDIO / f"src/{name}.ts") for name in ("main", "worker")]
     PAGE.mkdir(parents=True, exist_ok=True)
-    subprocess.run([programs / "tsc", "--noEmit", "-p", STUDIO], check=True)
     subprocess.run(
         [
             *(esbuild, *entries, *quiet, "--loader:.rules=text", "--loader:.md=text"),
@@ -115,6 +118,8 @@ def main(arguments: list[str]) -> int:
     if "--page" not in arguments:
         build_wasm()
     if "--wasm" not in arguments:
+        if "--unchecked" not in arguments:
+            check_page()
         build_page()
     print(f"the page is in {PAGE.relative_to(TREE)}")
     return 0

@@ -68,11 +68,13 @@ class Change:
     number: int
     before: str
     after: str
+    twins: int = 0  # equal lines above it
 
     @property
     def key(self) -> str:
-        """The key of its result: it stays where lines above it come or go."""
+        """The key of its result: it stays where other lines come or go."""
         text = f"{self.file}\n{self.before.strip()}\n{self.after.strip()}"
+        text += f"\n{self.twins}" if self.twins else ""
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def __str__(self) -> str:
@@ -187,7 +189,8 @@ def drawn(seed: int, tree: Path = TREE) -> Iterator[Change]:
         file, number = source.choice(lines)
         text = (tree / file).read_text(encoding="utf-8")
         suffix = Path(file).suffix
-        line = text.splitlines()[number - 1]
+        *above, line = text.splitlines()[:number]
         code = masked(text, suffix).splitlines()[number - 1]
         if options := list(changes_of(line, code, suffix)):
-            yield Change(file, number, line, source.choice(options))
+            twins = sum(other.strip() == line.strip() for other in above)
+            yield Change(file, number, line, source.choice(options), twins)
