@@ -16,6 +16,8 @@ find_package(Threads REQUIRED GLOBAL)
 # Mutated lines compare a number with a number, and leave parameters unused.
 add_compile_options(-w -g0 "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${CMAKE_CURRENT_SOURCE_DIR}/switch.hpp>")
 
+# Several files at once compile in a part of the time, as in the preset with sanitizers.
+set(CMAKE_UNITY_BUILD ON)
 add_subdirectory(firmware/protocol)
 add_subdirectory(firmware/core)
 add_subdirectory(firmware/device)
@@ -24,38 +26,47 @@ add_subdirectory(emulator)
 set(TORSIO_WITH_EMULATOR ON)
 add_subdirectory(sdk)
 
-set(sources)
+set(tests)
 foreach(layer core protocol device emulator usbip sdk)
   if(TARGET torsio_${layer})
-    file(GLOB_RECURSE found CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/tests/cpp/${layer}/*.cpp")
-    list(APPEND sources ${found})
+    file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/tests/cpp/${layer}/*.cpp")
+    if(NOT TORSIO_MUTATE_ALL)  # it limits nobody
+      list(FILTER sources EXCLUDE REGEX "emulator/test_(batch|closed|no_buzz|plant|portable)")
+    endif()
+    add_library(tests_${layer} OBJECT ${sources})
+    list(APPEND tests tests_${layer})
   endif()
 endforeach()
+set_target_properties(tests_protocol PROPERTIES UNITY_BUILD OFF)
 if(TORSIO_MUTATE_ALL)
   add_subdirectory(bindings)
   target_compile_options(_torsio PRIVATE -O0)
   target_sources(_torsio PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/module.cpp")
   set_source_files_properties(module.cpp TARGET_DIRECTORY _torsio PROPERTIES
     COMPILE_DEFINITIONS TORSIO_MUTANTS=${TORSIO_MUTANTS})
-else()  # it limits nobody
-  list(FILTER sources EXCLUDE REGEX "emulator/test_(batch|closed|no_buzz|plant|portable)")
 endif()
 
-add_executable(torsio_mutants runner.cpp ${sources})
-target_compile_features(torsio_mutants PRIVATE cxx_std_20)
-# Compiled in half of the time; what takes long to run is in the libraries.
-target_compile_options(torsio_mutants PRIVATE -O0)
+add_executable(torsio_mutants runner.cpp)
+foreach(target torsio_mutants ${tests})
+  target_compile_features(${target} PRIVATE cxx_std_20)
+  # Compiled in half of the time; what takes long to run is in the libraries.
+  target_compile_options(${target} PRIVATE -O0)
+  target_compile_definitions(${target} PRIVATE
+    TORSIO_TEST_DATA_DIR="${CMAKE_CURRENT_SOURCE_DIR}/tests/golden")
+  target_include_directories(${target} PRIVATE tests/cpp)
+  target_link_libraries(${target} PRIVATE torsio_sdk_internals doctest::doctest Threads::Threads)
+  if(TARGET torsio_usbip)
+    target_link_libraries(${target} PRIVATE torsio_usbip)
+  endif()
+endforeach()
+target_link_libraries(torsio_mutants PRIVATE ${tests})
 # Only there, or one mutant more would compile everything anew.
 set_source_files_properties(runner.cpp PROPERTIES
   COMPILE_DEFINITIONS TORSIO_MUTANTS=${TORSIO_MUTANTS})
-target_compile_definitions(torsio_mutants PRIVATE
-  TORSIO_TEST_DATA_DIR="${CMAKE_CURRENT_SOURCE_DIR}/tests/golden")
-target_include_directories(torsio_mutants PRIVATE tests/cpp)
-target_link_libraries(torsio_mutants PRIVATE torsio_sdk_internals doctest::doctest Threads::Threads)
 if(TARGET torsio_usbip)
-  target_link_libraries(torsio_mutants PRIVATE torsio_usbip)
   # Takes the stack's types. Not by torsio_stack_headers(), which all sources would be compiled with.
   set_source_files_properties(tests/cpp/usbip/test_hid_driver.cpp PROPERTIES
+    SKIP_UNITY_BUILD_INCLUSION ON
     INCLUDE_DIRECTORIES "$<TARGET_PROPERTY:torsio_usb_stack,INTERFACE_INCLUDE_DIRECTORIES>"
     COMPILE_DEFINITIONS "$<TARGET_PROPERTY:torsio_usb_stack,INTERFACE_COMPILE_DEFINITIONS>")
 endif()
