@@ -238,10 +238,7 @@ class Hunt:
         """Give what became of a change, and by what."""
         change = self.changes[number - 1]
         if is_cpp(change):
-            if number not in self.inside:
-                return "unbuilt", ""
-            # C++ tests take the least.
-            if red := self.killer(number) or self._red(self._reaching(number), number):
+            if red := self._red(self._reaching(number), number):
                 return "dead", red
             by_python = any(number in one.reached for one in self.tests)
             by_cpp = any(number in one.reached for one in self.campaign.reach.values())
@@ -379,7 +376,6 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
     for name in cpp.look_round():
         print(f"fails anyway: {name}", flush=True)
     hunt = Hunt(changes, inside, cpp, mutate.Runner(program))
-    hunt.look_round()
     begin_s = time.monotonic()
 
     def note(number: int, result: str, by: str) -> None:
@@ -390,7 +386,16 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
         one: dict[str, Any] = {"key": change.key, "change": str(change), "result": result, "by": by}
         with RESULTS.open("a", encoding="utf-8") as file:
             file.write(json.dumps({**one, "seed": seed}) + "\n")
+        known[change.key] = one
 
+    # C++ tests take the least.
+    for number, change in enumerate(changes, 1):
+        if change.key not in known and is_cpp(change):
+            if number not in inside:
+                note(number, "unbuilt", "")
+            elif red := hunt.killer(number):
+                note(number, "dead", red)
+    hunt.look_round()
     # In the order of the draw: what is done when it is ended early is a sample too.
     for number, change in enumerate(changes, 1):
         if change.key not in known:
