@@ -20,7 +20,7 @@ import subprocess
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ TESTS = ROOM / "tests.json"
 TOLD = ROOM / "told.jsonl"
 LEFT_OUT = ROOM / "left_out.json"  # the keys of mutants that do not compile
 LOG = TREE / "build/logs/mutants.log"
+OPEN = "open"  # C++ that lives through the C++ tests
 EXPLAINED = HERE / "explained.txt"
 PACKAGE = "bindings/python/torsio"
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", reach.__name__)
@@ -198,41 +199,34 @@ class Hunt:
     ----------
     changes
         All, whose numbers are from 1.
-    inside
-        Which are choices of the compiled program and module.
+    reached
+        Those that C++ tests reach.
+    tests
+        Those that pass without a change, the cheapest first.
     """
 
     changes: Sequence[Change]
-    inside: set[int]
-    campaign: mutate.Campaign
-    runner: mutate.Runner
+    reached: set[int]
     tests: list[Tried] = field(default_factory=list)
 
-    def look_round(self) -> None:
-        """Run every Python test once, to see what it reaches, unless that is known."""
+    def look_round(self, folder: str) -> None:
+        """Run every Python test of a folder once, to see what it reaches, unless that is known."""
         lines: dict[str, dict[int, int]] = defaultdict(dict)
         for number, change in enumerate(self.changes, 1):
             if change.file.endswith(".py"):
                 lines[str(COPY / change.file)][change.number] = number
         wanted = json.dumps({"lines": lines, "choices": len(self.changes)})
         known = json.loads(TESTS.read_text(encoding="utf-8")) if TESTS.exists() else {}
-        if known.get("wanted") != wanted:
-            command = (*PYTEST, "tests/python", "tests/studio")
-            _, told = run(command, most_s=7200.0, wanted=wanted)
+        if known.get(folder, {}).get("wanted") != wanted:
+            _, told = run((*PYTEST, folder), most_s=7200.0, wanted=wanted)
             if not told:
                 sys.exit("mutate: no test runs in the copy; see build/logs/mutants-tests.log")
-            known = {"wanted": wanted, "tests": [vars(one) for one in told]}
+            known[folder] = {"wanted": wanted, "tests": [vars(one) for one in told]}
             TESTS.write_text(json.dumps(known), encoding="utf-8")
-        told = [Tried(**one) for one in known["tests"]]
-        self.tests = sorted((one for one in told if not one.failed), key=lambda one: one.takes_s)
-        sick = len(told) - len(self.tests)
-        print(f"{len(told)} Python tests know what they reach; {sick} fail anyway", flush=True)
-
-    def killer(self, number: int) -> str:
-        """Give the C++ test that kills a choice, or nothing."""
-        change = self.changes[number - 1]
-        mutant = Mutant(number, change.file, change.before, change.after, str(change))
-        return self.campaign.attack(self.runner, mutant)[1]
+        told = [Tried(**one) for one in known[folder]["tests"]]
+        good = [one for one in told if not one.failed]
+        self.tests = sorted((*self.tests, *good), key=lambda one: one.takes_s)
+        print(f"{len(told)} tests of {folder}; {len(told) - len(good)} fail anyway", flush=True)
 
     def judge(self, number: int) -> tuple[str, str]:
         """Give what became of a change, and by what."""
@@ -240,9 +234,8 @@ class Hunt:
         if is_cpp(change):
             if red := self._red(self._reaching(number), number):
                 return "dead", red
-            by_python = any(number in one.reached for one in self.tests)
-            by_cpp = any(number in one.reached for one in self.campaign.reach.values())
-            return ("alive" if by_python or by_cpp else "unreached"), ""
+            is_reached = any(number in one.reached for one in self.tests)
+            return ("alive" if is_reached or number in self.reached else "unreached"), ""
         path = COPY / change.file
         original = path.read_bytes()
         lines = original.decode().split("\n")
@@ -352,30 +345,43 @@ def summary(results: Sequence[dict[str, str]]) -> list[str]:
         "explained" if one["result"] == "alive" and one["key"] in reasons else one["result"]
         for one in results
     )
-    total = sum(what.values()) - what["unbuilt"] - what["unreached"]
+    total = sum(what.values()) - what["unbuilt"] - what["unreached"] - what[OPEN]
     good = what["dead"] + what["explained"]
     living = [one for one in results if one["result"] == "alive" and one["key"] not in reasons]
     return [
         *(f"lives {one['key']} {one['change']}" for one in living),
         f"{total} mutants: {what['dead']} dead, {what['explained']} explained, {what['alive']} "
         f"live: {good / max(total, 1):.1%} dead or explained; {what['unbuilt']} more did not "
-        f"build, {what['unreached']} of C++ no test reaches: the compiler computes many of them",
+        f"build, {what['unreached']} of C++ no test reaches: the compiler computes many of them; "
+        f"{what[OPEN]} are not tried to the end",
     ]
+
+
+def try_cpp(changes: Mapping[int, Change], program: Path) -> Iterator[tuple[int, str, str]]:
+    """Try choices with the C++ tests; yield what became of each, and by what."""
+    if not changes:
+        return
+    cpp = mutate.Campaign(program)
+    for name in cpp.look_round():
+        print(f"fails anyway: {name}", flush=True)
+    runner = mutate.Runner(program)
+    for number, change in changes.items():
+        mutant = Mutant(number, change.file, change.before, change.after, str(change))
+        if red := cpp.attack(runner, mutant)[1]:
+            yield number, "dead", red
+        else:
+            is_reached = any(number in one.reached for one in cpp.reach.values())
+            yield number, OPEN, "reached" if is_reached else ""
 
 
 def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
     """Try what is not known yet."""
     known = results_of(seed)
-    if all(change.key in known for change in changes):
+    if all(known.get(change.key, {"result": OPEN})["result"] != OPEN for change in changes):
         return
     folder, inside = build(changes, tinyusb)
     for module in (folder / "bindings").glob("_torsio*.so"):
         shutil.copy2(module, COPY / PACKAGE / module.name)
-    program = folder / mutate.PROGRAM
-    cpp = mutate.Campaign(program)
-    for name in cpp.look_round():
-        print(f"fails anyway: {name}", flush=True)
-    hunt = Hunt(changes, inside, cpp, mutate.Runner(program))
     begin_s = time.monotonic()
 
     def note(number: int, result: str, by: str) -> None:
@@ -388,18 +394,27 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
             file.write(json.dumps({**one, "seed": seed}) + "\n")
         known[change.key] = one
 
-    # C++ tests take the least.
-    for number, change in enumerate(changes, 1):
-        if change.key not in known and is_cpp(change):
-            if number not in inside:
-                note(number, "unbuilt", "")
-            elif red := hunt.killer(number):
-                note(number, "dead", red)
-    hunt.look_round()
-    # In the order of the draw: what is done when it is ended early is a sample too.
-    for number, change in enumerate(changes, 1):
-        if change.key not in known:
-            note(number, *hunt.judge(number))
+    new = {n: one for n, one in enumerate(changes, 1) if one.key not in known}
+    cpp = {n: one for n, one in new.items() if is_cpp(one)}
+    for number in cpp.keys() - inside:
+        note(number, "unbuilt", "")
+    # What takes the least goes first: C++ tests, then those of the library, then the page's.
+    for found in try_cpp(
+        {n: one for n, one in cpp.items() if n in inside}, folder / mutate.PROGRAM
+    ):
+        note(*found)
+    open_now = {
+        n: known.get(one.key, {})
+        for n, one in enumerate(changes, 1)
+        if known.get(one.key, {"result": OPEN})["result"] == OPEN
+    }
+    hunt = Hunt(changes, {n for n, one in open_now.items() if one.get("by")})
+    for tests, is_of_page in (("tests/python", False), ("tests/studio", True)):
+        hunt.look_round(tests)
+        # In the order of the draw: what is done when it is ended early is a sample too.
+        for number in open_now:
+            if ("/studio/" in f"/{changes[number - 1].file}") == is_of_page:
+                note(number, *hunt.judge(number))
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -168,7 +168,11 @@ def _switched(original: str, numbered: Sequence[tuple[int, str]]) -> str:
         return code
     code = f"({original})"
     for number, text in reversed(numbered):
-        code = f"(torsio_mutant_is({number}) ? ({text}) : {code})"
+        if text == f"!({original})" or original == f"!{text}":
+            # A pointer and a truth have no common type.
+            code = f"(torsio_mutant_is({number}) != static_cast<bool>{code})"
+        else:
+            code = f"(torsio_mutant_is({number}) ? ({text}) : {code})"
     return code
 
 
