@@ -395,13 +395,12 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
         known[change.key] = one
 
     new = {n: one for n, one in enumerate(changes, 1) if one.key not in known}
-    cpp = {n: one for n, one in new.items() if is_cpp(one)}
-    for number in cpp.keys() - inside:
-        note(number, "unbuilt", "")
+    for number, change in new.items():
+        if is_cpp(change) and number not in inside:
+            note(number, "unbuilt", "")
     # What takes the least goes first: C++ tests, then those of the library, then the page's.
-    for found in try_cpp(
-        {n: one for n, one in cpp.items() if n in inside}, folder / mutate.PROGRAM
-    ):
+    choices = {number: change for number, change in new.items() if number in inside}
+    for found in try_cpp(choices, folder / mutate.PROGRAM):
         note(*found)
     open_now = {
         n: known.get(one.key, {})
