@@ -108,6 +108,18 @@ PyKnob open_knob(const py::object& way, const py::object& emulator, double comma
   }
 }
 
+/// Raises no error of the knob, but says it.
+void close_knob(const PyKnob& self) {
+  const bool had_room = self.run([&] { return self->close(); });
+  if (!had_room) {
+    PyErr_SetString(py::module_::import("torsio.errors").attr("Timeout").ptr(),
+                    "the transport had no room for a second, so the knob was not told to disarm; "
+                    "its watchdog disarms it");
+    PyErr_WriteUnraisable(py::str("torsio.Knob.close").ptr());
+  }
+  self.pass_on();
+}
+
 py::list list_all() {
   std::vector<ListedDevice> devices;
   {
@@ -410,7 +422,7 @@ void bind_knob(py::module_& module) {
   });
   module.def("open_knob", &open_knob, arg("way"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
-  knob.def("close", call(&Knob::close))
+  knob.def("close", &close_knob)
       .def("disarm_to_close", call(&Knob::disarm_to_close))
       .def_property_readonly("is_open", call(&Knob::is_open))
       .def_property_readonly("state", call(&Knob::state))

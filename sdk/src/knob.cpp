@@ -113,14 +113,12 @@ Knob::Impl& Knob::impl() const {
   return *impl_;
 }
 
-void Knob::close() noexcept {
-  if (impl_ == nullptr) return;
-  if (impl_->session.link.is_here()) {
-    impl_->close();
-  } else {
-    // Its threads are not here to be joined, nor its locks to be had.
-    [[maybe_unused]] const Impl* left_to_the_parent = impl_.release();
-  }
+bool Knob::close() noexcept {
+  if (impl_ == nullptr) return true;
+  if (impl_->session.link.is_here()) return impl_->close();
+  // Its threads are not here to be joined, nor its locks to be had.
+  [[maybe_unused]] const Impl* left_to_the_parent = impl_.release();
+  return true;
 }
 
 void Knob::disarm_to_close() noexcept {

@@ -4,6 +4,7 @@
 
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
+#include "torsio/error.hpp"
 
 namespace torsio {
 
@@ -17,33 +18,37 @@ Session::Session(std::unique_ptr<Transport> transport, SessionOptions options)
 
 Session::~Session() { close(false); }
 
-void Session::close(bool disarm_first) noexcept {
+bool Session::close(bool disarm_first) noexcept {
   if (closing_.exchange(true)) {
     // A closing thread waits for the callback, or has called it. So the callback must not wait for
     // the close.
-    if (device.events.tells_here()) return;
+    if (device.events.tells_here()) return true;
     link.wait_until_let_go();
     device.events.close();
-    return;
+    return true;
   }
-  if (disarm_first) disarm_quietly();
+  const bool had_room = !disarm_first || disarm_quietly();
   link.stop();
   device.events.close();
   link.let_go();
+  return had_room;
 }
 
-void Session::disarm_quietly() noexcept {
+bool Session::disarm_quietly() noexcept {
   const Link::Unasked unasked(link);
   const auto disarm = protocol::encode(protocol::Command{0, 0, protocol::Op::disarm});
   try {
-    if (!device.may_drive()) return;
+    if (!device.may_drive()) return true;
     if (device.state() == State::disconnected) {
       link.write_blindly(disarm);
     } else {
       requests.say(disarm);
     }
+  } catch (const Timeout&) {
+    return false;
   } catch (...) {  // NOLINT(bugprone-empty-catch): the device's watchdog does it then
   }
+  return true;
 }
 
 void Session::set_identity(const protocol::Identity& identity) {

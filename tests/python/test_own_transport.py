@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from typing import Any
 
@@ -92,6 +93,20 @@ def test_knob_over_a_transport_of_python_renders_a_spring_and_tells_it() -> None
     acceleration = np.polyfit(late["time_s"], late["angle_rad"], 2)[0] * 2
     slowed = 2.8e-5 * float(np.mean(late["speed_rad_s"]))
     assert acceleration == pytest.approx((0.022 - slowed) / 1e-4, rel=0.02)
+
+
+@pytest.mark.parametrize("is_paced", [False, True])
+def test_close_without_room_says_so_once(monkeypatch: pytest.MonkeyPatch, is_paced: bool) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda given: said.append(str(given.exc_value)))
+    transport = Hurrying() if is_paced else Simulated()
+    with torsio.open(transport) as knob:
+        knob.play(torsio.Spring(stiffness_nm_per_rad=0.1))
+        knob.arm()
+        monkeypatch.setattr(transport, "write", lambda report: False)
+        knob.close()
+    assert [text[:49] for text in said] == ["the transport had no room for a second, so the kn"]
+    assert transport.closed == 1
 
 
 @pytest.mark.parametrize(

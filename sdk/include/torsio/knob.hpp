@@ -140,7 +140,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
 
   /// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator,
   /// and lets go of it. May be called twice.
-  void close() noexcept;
+  /// @returns false, once, if the transport had no room for the order; the watchdog disarms then
+  bool close() noexcept;
   /// The first that close() does: disarms, unless as above. Use it if you must finish files before
   /// you close.
   void disarm_to_close() noexcept;

@@ -242,6 +242,20 @@ TEST_CASE("a transport without room ends every order with Timeout, and close let
   }
 }
 
+TEST_CASE("close says once that a transport had no room for the order to disarm") {
+  for (const bool disarms_before : {true, false}) {
+    CAPTURE(disarms_before);
+    std::atomic<bool> is_full = false;
+    Knob knob = Knob::open(std::make_unique<Full>(open_transport("emulated"), is_full));
+    knob.play(Spring{.stiffness_nm_per_rad = 0.1});
+    knob.arm();
+    is_full = true;
+    if (disarms_before) knob.disarm_to_close();
+    CHECK_FALSE(knob.close());
+    CHECK(knob.close());
+  }
+}
+
 TEST_CASE("a knob over a transport that wraps another one plays just the same") {
   std::vector<ReportBytes> sent;
   auto inner = open_transport("emulated", pushed_knob());

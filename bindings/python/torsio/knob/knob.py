@@ -91,8 +91,9 @@ class Knob(ConfigQuestions):
     def close(self) -> Iterable[Callable[[], object]]:
         """Disarm, unless told to be autonomous or not armed by the SDK, and let go.
 
-        An error meanwhile, such as a full disk or Ctrl-C, is raised after that. Closing twice is
-        fine.
+        An error meanwhile, such as a full disk or Ctrl-C, is raised after that. If your own
+        transport has no room for the order, `sys.unraisablehook` gets a `Timeout`. Closing twice
+        is fine.
         """
         return (
             *(self._knob.disarm_to_close, self._recording.close, self._telemetry.end),
