@@ -22,10 +22,9 @@ export type FromWorker =
 export async function compiled(address: URL): Promise<WebAssembly.Module> {
   const answer = await fetch(address);
   if (!answer.ok) throw new Error("knob.wasm is missing beside the page: build it with ./dev studio");
-  // As it comes in, where the host says what it is.
-  const isTold = answer.headers.get("content-type") === "application/wasm";
   try {
-    return await (isTold ? WebAssembly.compileStreaming(answer) : WebAssembly.compile(await answer.arrayBuffer()));
+    // Hosts need not say what it is.
+    return await WebAssembly.compile(await answer.arrayBuffer());
   } catch (error) {
     throw new Error(`knob.wasm is damaged; build it again with ./dev studio (${(error as Error).message})`);
   }

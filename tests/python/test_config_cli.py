@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -178,9 +179,19 @@ def test_order_is_given_before_a_screen_that_fails(monkeypatch: pytest.MonkeyPat
         assert knob.state == "disarmed"
 
 
-def test_arm_says_how_much_there_is_at_most() -> None:
+def test_arm_says_how_much_there_is_at_most_and_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
     run("config", "set", "motor_torque_cap_nm=0.02", "speed_limit_rad_s=12")
+    slept: list[float] = []
+    sleep = time.sleep
+
+    def note(seconds: float) -> None:
+        slept.append(seconds)
+        sleep(seconds)
+
+    monkeypatch.setattr(time, "sleep", note)
     shown = run("arm", "--seconds", "0.2")
+    assert max(slept) <= 0.1
+    assert sum(slept) == pytest.approx(0.2, abs=0.1)
     assert "motor 20 mN m, brake 110 mN m, 12 rad/s" in shown
     assert "missing" not in shown
     assert "held_low" in run("info")

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <random>
 #include <string_view>
+#include <vector>
 
 #include "device/config_store.hpp"
 #include "device/rig.hpp"
@@ -253,6 +256,26 @@ TEST_CASE("the same change of two values that stand at the same place of two rep
   const std::uint32_t before = torsio::device::values_checksum(config);
   config.actuator.spring_stiffness_nm_per_rad = config.shaft.knee_3_nm_per_rad = 3.0F;
   CHECK(torsio::device::values_checksum(config) != before);
+}
+
+TEST_CASE("the checksum of the values is the same in every release") {
+  Config config;
+  ActuatorConfig actuator = config.actuator;
+  actuator.encoder_index_pin = 0;
+  config.actuator.encoder_index_pin = 5;
+  std::vector<std::uint8_t> values;
+  const auto add = [&](const auto& bytes, std::size_t from) {
+    values.insert(values.end(), bytes.begin() + static_cast<std::ptrdiff_t>(from), bytes.end());
+  };
+  add(encode(actuator), 3);
+  add(encode(config.shaft), 3);
+  const BoardConfig& board = config.board;
+  for (const float value : {board.supply_v, board.motor_torque_constant_nm_per_a,
+                            board.motor_resistance_ohm, board.motor_inductance_h,
+                            board.brake_torque_constant_nm_per_a, board.current_sense_v_per_a}) {
+    add(std::bit_cast<std::array<std::uint8_t, 4>>(value), 0);
+  }
+  CHECK(torsio::device::values_checksum(config) == torsio::device::crc32(values));
 }
 
 TEST_CASE("the newer of two slots is loaded, whichever it is") {

@@ -234,6 +234,17 @@ TEST_CASE("where an impact is taken up again inside is no impact") {
   CHECK(bench.at(2, 3.0) != 0.0F);
 }
 
+TEST_CASE("an impact goes on after a step back by a count, and ends after one by three") {
+  for (const int back : {1, 3}) {
+    Bench bench(solid());
+    bench.at(-10, 3.0);
+    bench.at(5, 3.0);
+    for (int i = 0; i < 15; ++i) bench.at(5, 0.0);  // a quarter of its period
+    bench.at(5 - back, -1.0);
+    CHECK((std::abs(bench.at(5 - back, 0.0)) > 0.01F) == (back == 1));
+  }
+}
+
 TEST_CASE("an impact never gives back more than it has taken, but for a tick's motion") {
   std::mt19937 random(20);
   const auto between = [&](double low, double high) {

@@ -388,6 +388,27 @@ TEST_CASE("a callback that has closed the knob has ended when another close retu
   CHECK(ended);
 }
 
+TEST_CASE("a callback that another thread is in has ended when close returns") {
+  Knob knob = open_emulated(false);
+  std::atomic<bool> begun = false;
+  std::atomic<bool> ended = false;
+  knob.on_event([&](const Event&) {
+    begun = true;
+    std::this_thread::sleep_for(50ms);
+    ended = true;
+  });
+  std::thread other([&] {
+    try {
+      knob.arm();
+    } catch (const Closed&) {  // maybe
+    }
+  });
+  while (!begun) std::this_thread::yield();
+  knob.close();
+  CHECK(ended);
+  other.join();
+}
+
 TEST_CASE("a callback that lets time pass is told the next event when it has returned") {
   Knob knob = open_emulated(false);
   std::vector<std::string> told;

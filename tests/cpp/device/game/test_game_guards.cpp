@@ -284,6 +284,18 @@ TEST_CASE("no report is written where there is no room for the longest") {
   CHECK(rig.device->game().get_feature(0x22, std::span(report).first(32)) == 5);
 }
 
+TEST_CASE("the monitor says for half a second how much was asked at most") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.play_constant(32767);
+  rig.tick(1100);
+  rig.stop(block);
+  rig.tick(100);
+  CHECK(rig.get<protocol::GameMonitor>().asked_percent == 200);
+  rig.tick(1500);
+  CHECK(rig.get<protocol::GameMonitor>().asked_percent == 100);
+}
+
 TEST_CASE("an operation that does not exist is no update of its effect") {
   GameRig rig;
   const int block = rig.play_constant(1000);

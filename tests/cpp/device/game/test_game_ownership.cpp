@@ -400,6 +400,22 @@ TEST_CASE("a game that hangs loses its endless push, but keeps spring and what h
   CHECK(rig.owner() == Owner::game);  // the spring plays
 }
 
+TEST_CASE("an order to disarm stands, whenever silence ends a game's push") {
+  for (int ticks = 490; ticks < 510; ++ticks) {
+    CAPTURE(ticks);
+    GameRig rig;
+    rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+    rig.play_constant(32767);
+    rig.tick(ticks);
+    REQUIRE(rig.command(Op::disarm) == Status::ok);
+    rig.tick(50);  // the push fades
+    for (int i = 0; i < 50; ++i) {
+      rig.tick();
+      CHECK(rig.state() == State::disarmed);
+    }
+  }
+}
+
 TEST_CASE("a game that only asks does not hang") {
   GameRig rig;
   rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
