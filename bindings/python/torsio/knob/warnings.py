@@ -40,13 +40,9 @@ def warn(warning: Warning) -> None:
 
 def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
     """Say what in a scene is hardly meant; the knob is asked for its limits only if it matters."""
-    asks = False
     for of in effects:
         if (warning := _degrees(of)) is not None:
             yield warning
-        asks = asks or bool(_names(of)[1])
-    if not asks:
-        return
     asked_nm = _most_nm(effects)
     if asked_nm <= _GIVEN_BY_ANY_NM:
         return
