@@ -398,7 +398,7 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
     for number, change in new.items():
         if is_cpp(change) and number not in inside:
             note(number, "unbuilt", "")
-    # What takes the least goes first: C++ tests, then those of the library, then the page's.
+    # The cheapest tests go first: of C++, of the library, of the page.
     choices = {number: change for number, change in new.items() if number in inside}
     for found in try_cpp(choices, folder / mutate.PROGRAM):
         note(*found)
