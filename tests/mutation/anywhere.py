@@ -158,6 +158,10 @@ def choice_of(change: Change, text: str) -> tuple[int, int, str] | None:
     behind = _shared(before[shared:][::-1], after[shared:][::-1])
     left = _end_of_expression(code, begin + shared - 1, -1) + 1
     right = _end_of_expression(code, begin + len(before) - behind, 1)
+    # A bracket that closes a negation may look like the one behind it.
+    while behind > 0 and not _is_balanced(code[left:right]):
+        behind -= 1
+        right = _end_of_expression(code, begin + len(before) - behind, 1)
     piece = text[left:right].lstrip()
     left, piece = right - len(piece), piece.rstrip()
     right = left + len(piece)
