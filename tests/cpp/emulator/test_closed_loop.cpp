@@ -73,7 +73,7 @@ TEST_CASE("closed loop is the emulated device without its protocol") {
       control.autonomous = protocol::Toggle::on;
       EmulatedDevice device({.control_period_ns = period_ns,
                              .hand = pushing_hand(),
-                             .control = control,
+                             .given = {.control = control},
                              .log_truth = true});
       REQUIRE(device.write(protocol::encode(soft_wall())));
       REQUIRE(device.write(protocol::encode(protocol::Commit{1, 0, 1})));

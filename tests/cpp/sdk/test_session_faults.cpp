@@ -131,7 +131,8 @@ TEST_CASE("an unplugged or closed recording gives what came until then") {
     Knob knob = Knob::open("emulated", paced_device());
     std::thread ender([&] {
       while (knob.statistics().samples_received < 200) std::this_thread::yield();
-      pulled ? knob.emulator().unplug() : knob.close();
+      if (pulled) return knob.emulator().unplug();
+      knob.close();
     });
     std::size_t kept = 0;
     try {
