@@ -174,7 +174,9 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   if (now - state.ring_tick > state.params.buzz_ticks) state.rings = 0;
   state.rang_up = up;
   state.ring_tick = now;
-  if (++state.rings > kRings) state.trust = larger(0.6F * state.trust, state.params.least_share);
+  if (++state.rings <= kRings) return;
+  state.trust = larger(0.6F * state.trust, state.params.least_share);
+  if (state.rings == kRings + kUnexpected) ++state.unexpected_swings;  // only wrong values ring so
 }
 
 /// Whether the parts can render the scene along the swing that has ended, as they are configured.

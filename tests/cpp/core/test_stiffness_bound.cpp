@@ -198,7 +198,9 @@ TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves 
   CHECK(bench.state.trust == 1.0F);
   ring(10, 30);
   CHECK(static_cast<double>(bench.state.trust) == Approx(0.6 * 0.6 * 0.6));
+  CHECK(bench.state.unexpected_swings == 0);
   ring(20, 30);
+  CHECK(bench.state.unexpected_swings == 1);
   CHECK(bench.state.trust == bench.state.params.least_share);
   CHECK(bench.state.share == 1.0F);
 }
