@@ -73,6 +73,17 @@ def test_emulator_is_within_rounding_of_the_truth_with_every_part(number: int) -
     assert max(row["losses"].values()) < 1e-12
 
 
+def test_box_that_turns_with_the_flow_keeps_its_digits_through_200_events() -> None:
+    case = random_case(4, 45)
+    commands = np.array(case.motor_nm), np.array(case.brake_nm)
+    balls, run, _ = enclose(
+        case.plant, hand_torque(case.hand), *commands, period_s=1e-3, digits=100
+    )
+    assert len(run.events) > 200
+    # A box along the axes loses 180 of them.
+    assert max(ball.rad() for some in balls for ball in some) < 1e-70
+
+
 def test_balls_hold_the_closed_form_of_a_current_against_the_back_emf() -> None:
     """A knob without friction or shaft: i' and w' are linear, and a matrix of two by two."""
     getcontext().prec = DIGITS + 30

@@ -21,13 +21,22 @@ import numpy.typing as npt
 from flint import arb, arb_mat, ctx
 
 from torsio.printed.plant import PlantParams
-from torsio_studies.enclosure.flows import COLUMNS, Mode, Row, UndecidedError, matrix_of
+from torsio_studies.enclosure.flows import (
+    COLUMNS,
+    Centred,
+    Mode,
+    Row,
+    Stay,
+    UndecidedError,
+    both,
+    matrix_of,
+)
 from torsio_studies.fidelity.truth import HandTorque
 
 __all__ = ["DIGITS", "Enclosure", "UndecidedError", "enclose"]
 
 DIGITS: Final = 50
-_A, _P, _B, _WA, _WP, _WB, _TM, _TB, _I, _F, _S, _CM, _CB, _ONE = range(14)
+_A, _P, _B, _WA, _WP, _WB, _TM, _TB, _I, _F, _S, _CM, _CB, _ONE, _T = range(15)
 _HALVINGS: Final = 60
 
 
@@ -60,34 +69,41 @@ class Enclosure:
         """Take the parameters as they are; compute with so many digits."""
         ctx.dps = digits
         self.plant, self.hand = plant, hand
-        self.state = arb_mat(COLUMNS, 1)
-        self.state[_ONE, 0] = arb(1)
+        self.state, self.centred = arb_mat(COLUMNS, 1), Centred(COLUMNS)
+        self._set(_ONE, arb(1))
         self.friction = [0, 0]
         self.play = 0  # 1: the brake's torque goes up with its current, -1: down, 0: it stays
         self.bend = 1 if plant.shaft_hardening else None
         self.cog = 0 if plant.cogging else None
         self.events: list[str] = []
         self.most_pieces, self._pieces = sys.maxsize, 0
-        self._time_s = arb(0)
+        self._time_s = self._span_s = arb(0)
         self._modes = cache(self._mode)
         self._powers = cache(self._power)
 
     def advance(self, end_s: float, motor_command_nm: float, brake_command_nm: float) -> None:
         """Go on to a time while these commands, or shares of the supply, are held."""
-        self.state[_CM, 0], command = self._targets(motor_command_nm, brake_command_nm)
-        self.state[_CB, 0] = command
+        motor, command = self._targets(motor_command_nm, brake_command_nm)
+        self._set(_CM, motor)
+        self._set(_CB, command)
         if self.play * (command - self.state[_I, 0]) < 0:
             self.play = 0
         now_s = float(self._time_s.mid())
         while now_s < end_s:
             force, slope, piece_end_s = self._hand_at(now_s)
-            self.state[_F, 0], self.state[_S, 0] = force, slope
+            self._set(_F, force)
+            self._set(_S, slope)
             until_s = min(end_s, piece_end_s)
             self._go(arb(until_s) - arb(now_s))
             now_s = until_s
         if not all(one.is_finite() for (one,) in self.state.tolist()):
             raise UndecidedError("a ball has grown without bounds")
         self._time_s = arb(end_s)
+
+    def _set(self, place: int, value: Any) -> None:
+        """Set what is known of the state from outside."""
+        self.state[place, 0] = value
+        self.centred.set(place, value)
 
     def values(self) -> tuple[Any, ...]:
         """Give the balls of the knob's angle and of the brake's; with electrics the current's."""
@@ -224,7 +240,7 @@ class Enclosure:
         if plant.brake_hysteresis:
             rows[_I] = {_CB: rate, _I: -rate}
             rows[_TB] = rows[_I] if play else {}
-        rows[_F] = {_S: arb(1)}
+        rows[_F], rows[_T] = {_S: arb(1)}, {_ONE: arb(1)}
         stays += self._bounds(play, bend, cog)
         return Mode(matrix_of(rows), stays)
 
@@ -258,15 +274,19 @@ class Enclosure:
 
     def _span(self, width: Any, level: int | None, depth: int) -> tuple[Any, Any]:
         """Give the state at the end of a piece of time, and all states in it."""
-        key = self._key()
+        mode = self._modes(self._key())
         if level is not None:
-            flow, within = self._powers(key, level)
-            return flow * self.state, within * self.state
-        mode = self._modes(key)
-        return mode.moved(self.state, width), mode.within(width, depth) * self.state
+            flow, within = self._powers(self._key(), level)
+            end = flow * self.state
+        else:
+            end, within = mode.moved(self.state, width), mode.within(width, depth)
+        # What a state adds to its begin: large terms that cancel each other stay narrow.
+        return end, self.state + mode.matrix * (within * self.state) * arb(0).union(width)
 
     def _go(self, left: Any) -> None:
         """Go on for a time in which nothing jumps."""
+        self._span_s = left
+        self._set(_T, arb(0))
         self._let_go()
         touched = ""
         while True:
@@ -310,33 +330,51 @@ class Enclosure:
                 continue
             width = arb(2.0**-level) if level is not None else width
             end, inside = self._span(width, level, depth)
-            roots = []
+            falling = []
             for number, stay in enumerate(mode.stays):
                 verdict = stay.looks(self.state, inside, end, stay.name == touched)
                 if verdict == "?":
                     break
                 if verdict == "one":
-                    roots.append((stay.root(mode, self.state, inside, width), number))
+                    falling.append(number)
             else:
-                if roots:
-                    return self._event(gone, roots)
+                if falling:
+                    return self._event(gone, width, inside, falling)
                 self.state, gone, touched = end, gone + width, ""
                 continue
             if depth > _HALVINGS:
                 raise UndecidedError("a function touches 0")
-            half = (width / 2, None if level is None else level + 1, depth + 1)
-            todo += [half, half]
+            half = arb((width / 2).mid())  # only the last piece's end is a ball
+            level = None if level is None else level + 1
+            todo += [(width - half, level, depth + 1), (half, level, depth + 1)]
+        # How much time was left after an event differs for each state; the end does not.
+        ends = self._span_s - self.centred.middle[_T, 0]
+        middle = (mode.matrix * ends).exp() * self.centred.middle
+        self._leap(mode, middle, mode.flow(left), Stay("end", {_T: arb(-1)}, mode.matrix))
         return None
 
-    def _event(self, gone: Any, roots: list[tuple[Any, int]]) -> tuple[Any, str, int]:
-        """Move the state to the first of some zeros."""
+    def _event(
+        self, gone: Any, width: Any, inside: Any, falling: list[int]
+    ) -> tuple[Any, str, int]:
+        """Move the state to the first zero of functions that fall in a piece of time."""
         mode = self._modes(self._key())
+        flow = (mode.matrix * gone).exp()
+        begin, middle = both(self.state, flow * self.centred.box()), flow * self.centred.middle
+        roots = [(mode.stays[one].root(mode, begin, inside, width), one) for one in falling]
         root, number = min(roots, key=lambda one: float(one[0].mid()))
-        name = mode.stays[number].name
+        stay = mode.stays[number]
         if any(not root < other for other, place in roots if place != number):
-            raise UndecidedError(f"{name} and another event at the same time")
-        self.state = mode.moved(self.state, root)
-        return gone + root, name, number
+            raise UndecidedError(f"{stay.name} and another event at the same time")
+        self.state = mode.moved(begin, root)
+        at = stay.root(mode, middle, inside, width)
+        middle = mode.moved(middle, at)
+        self._leap(mode, middle, mode.flow(root) * flow, stay)
+        return gone + root, stay.name, number
+
+    def _leap(self, mode: Mode, middle: Any, flow: Any, stay: Stay) -> None:
+        """Go on with the middle and the box about it, from which the balls come."""
+        self.centred.leap(mode, middle, flow, stay, self.state)
+        self.state = self.centred.box()
 
     def _switch(self, name: str, number: int) -> str:
         """Go over to the state after an event; give the function that is exactly 0 from there."""
@@ -350,7 +388,7 @@ class Enclosure:
             self._leave_corner()
             return name.replace("starts", "stops")
         if name.endswith("stops"):
-            self.state[(_WA, _WB)[end], 0] = arb(0)
+            self._set((_WA, _WB)[end], arb(0))
             self.friction[end] = 0
             self._let_go()
             return name if self.friction[end] else ""
@@ -377,8 +415,7 @@ def enclose(
 ) -> tuple[list[tuple[Any, ...]], Enclosure, list[int]]:
     """Give the balls of `values` at the ends of the periods, the run, and the events up to each.
 
-    A ball about a turning state grows tenfold in some eight periods, so `digits` are lost on the
-    way; the balls say how many are left.
+    Of `digits` some are lost on the way; the balls say how many are left.
     """
     run = Enclosure(plant, hand, digits=digits)
     balls, counts = [], []
