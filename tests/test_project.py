@@ -103,7 +103,7 @@ LATE = {
     *("mujoco", "mujoco.rollout", "pydrake.all", "distributed"),
     *("torsio.apps.cli", "torsio.studio.server", "torsio.studio.watching"),
     *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.apps.stability_figure"),
-    *("torsio.common.plots", "torsio.trading.figure"),
+    *("torsio.common.plots", "torsio.trading.figure", "torsio_studies.enclosure.balls"),
     "torsio.apps",  # by the fixtures of pytest
     # ... and the imports that slow the other commands down.
     *("torsio_studies.execution", "f'torsio_studies.{name}.study'"),

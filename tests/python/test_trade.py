@@ -24,6 +24,7 @@ from torsio.trading.answers import board_shares, pasteable
 from torsio.trading.runs import Kept, Runs, Variant
 from torsio.trading.sources import EVERYTHING, options_of
 from torsio.trading.visits import Difference, Visit, differ, felt_nm
+from torsio.trading.words import lines
 
 COGGING = torsio.Cogging.sine(periods_per_rev=12, amplitude_nm=2e-3)
 MOTOR_ONLY = ControlConfig(law="motor_only")
@@ -32,6 +33,11 @@ SPRING = torsio.Spring(stiffness_nm_per_rad=0.5)
 # A turn of 0.2 rad in 2 s, whatever that takes: speed and place are known in closed form.
 SPEED = 0.1
 DRIVEN = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (2.0, 2.0 * SPEED)])
+
+
+@pytest.fixture(scope="module")
+def walled() -> Trade:
+    return torsio.trade(WALL, plant=torsio.PlantParams(), quick=True, stretch=False)
 
 
 def one(
@@ -153,6 +159,35 @@ def test_trade_says_by_how_much_it_falls_short() -> None:
     assert not found.holds
     assert found.short_by_jnds == pytest.approx(found.on_device.difference.jnds - 1e-9)
     assert 0.0 < found.short_by_jnds < 0.5
+    (instead,) = (one for one in lines(found) if "--wanted" in one)
+    assert "ask for more" in instead
+    enough = float(instead.split()[-1].removesuffix("."))
+    assert found.on_device.difference.jnds <= enough < 1.0
+
+
+def test_less_is_asked_for_where_less_can_be_had(walled: Trade) -> None:
+    short = replace(walled.on_device, difference=Difference(largest_nm=0.64 * 7.62e-3))
+    found = replace(walled, on_device=short)
+    assert "It falls short by 0.14 JND" in " ".join(lines(found))
+    assert "Ask for less, --wanted 0.3." in lines(found)
+
+
+@pytest.mark.parametrize(
+    ("contact_s", "told"),
+    [
+        (12.34567e-3, "12"),
+        (0.0994e-3, "0.099"),
+        (1.26e-3, "1.3"),
+        (0.49e-6, "0"),
+        (0.51e-6, "0.001"),
+    ],
+)
+def test_contacts_are_told_in_two_digits_and_whole_microseconds(
+    contact_s: float, told: str, walled: Trade
+) -> None:
+    proposal = replace(walled.proposal, difference=Difference(contact_s=contact_s))
+    (line,) = (one for one in lines(replace(walled, proposal=proposal)) if "Proposed:" in one)
+    assert f"contacts by {told} ms and" in line
 
 
 def test_interrupted_trade_goes_on_where_it_was(
@@ -213,7 +248,7 @@ def test_swings_begin_where_theory_says() -> None:
         stable = knob.stable_stiffness().stiffness_nm_per_rad
     scene = torsio.Spring(stiffness_nm_per_rad=0.5 * stable)
     options = options_of(scene, {"plant": plant, "control": MOTOR_ONLY})
-    found = stretching._stretch("stiffness", options, Variant(rate_hz=1000), 0.5)
+    found = stretching._stretch("stiffness", options, Variant(rate_hz=1000), 0.5, 0)
     # Cases that the device calls stable are; where it swings, `torsio stability` says so too.
     assert found.swings_at is not None
     assert found.swings_at > 2
@@ -222,6 +257,16 @@ def test_swings_begin_where_theory_says() -> None:
         stiffness_nm_per_rad=[0.5 * stable * found.swings_at],
     )  # fmt: skip
     assert not tried.is_stable.any()
+
+
+def test_search_finds_a_start_that_swings_where_plain_throws_come_to_rest() -> None:
+    scene = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=9.0)
+    plant = torsio.PlantParams(brake_hysteresis=torsio.BrakeHysteresis())
+    options = Variant(rate_hz=1000).of(options_of(scene, {"plant": plant}))
+    assert not stretching._swings(options, 0)
+    assert stretching._swings(options, stretching.GENERATIONS)
+    soft = replace(options, scene=replace(scene, stiffness_nm_per_rad=1.0))
+    assert not stretching._swings(soft, stretching.GENERATIONS)
 
 
 def test_wave_after_a_day_is_off_by_the_rounding_of_its_frequency() -> None:
@@ -233,7 +278,7 @@ def test_wave_after_a_day_is_off_by_the_rounding_of_its_frequency() -> None:
     # In a day it is 691,208.64 times round.
     ideal = 0.02 * np.sin(2.0 * np.pi * (0.64 + 8.0001e-3 * np.arange(len(rows))))
     off_nm = float(np.abs(rows["desired_torque_nm"] - ideal).max())
-    jnds, broken = stretching._at("duration", 24.0, options, Variant(rate_hz=1000))
+    jnds, broken = stretching._at("duration", 24.0, options, Variant(rate_hz=1000), 0)
     assert 1e-4 < off_nm < 1e-3
     assert jnds == pytest.approx(perception.torque_jnds(off_nm), rel=0.05)
     assert not broken

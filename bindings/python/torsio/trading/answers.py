@@ -267,8 +267,9 @@ def trade_loop(
     stretched: list[Extreme] = []
     if stretch:
         stretched = extremes(
-            options, proposal.variant, wanted, lambda *done: on_progress("stretching", *done)
-        )
+            options, proposal.variant, wanted, quick=quick,
+            on_progress=lambda *done: on_progress("stretching", *done),
+        )  # fmt: skip
     return Trade(
         wanted_jnds=wanted,
         rows=tuple(rows),

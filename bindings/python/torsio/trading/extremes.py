@@ -24,6 +24,9 @@ from torsio.trading.visits import Visit, effects_of, felt_nm, moved, steady_nm
 __all__ = ["Extreme", "extremes"]
 
 _WEIGHTS: Final = (-0.6, -0.3, 0.3, 0.6)  # shares of the motor's torque
+_HOLDABLE: Final = 0.85
+GENERATIONS: Final = 3
+_VARIED: Final = (6.0, 0.3, 0.3)  # speed in rad/s, weight, place in counts
 _SETTLED_S, _WINDOW_S, _LASTING_RAD = 1.0, 0.2, 1e-3
 _REST_COUNTS: Final = 3
 _REVERSALS: Final = 4
@@ -70,27 +73,33 @@ def extremes(
     options: LoopOptions,
     proposal: Variant,
     wanted: float,
+    *,
+    quick: bool,
     on_progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> list[Extreme]:
     """Stretch each quantity of a loop, step by step.
+
+    At each step 14 starts are tried whether the knob swings, and 42 more unless quick.
 
     At each step the proposal is compared with all parts at the highest rate, both stretched. Angle
     and duration are compared with the same visit near the zero, and at the beginning.
     """
     found = []
     for done, quantity in enumerate(_LADDERS):
-        found.append(_stretch(quantity, options, proposal, wanted))
+        found.append(_stretch(quantity, options, proposal, wanted, 0 if quick else GENERATIONS))
         on_progress(done + 1, len(_LADDERS))
     return found
 
 
-def _stretch(quantity: str, options: LoopOptions, proposal: Variant, wanted: float) -> Extreme:
+def _stretch(
+    quantity: str, options: LoopOptions, proposal: Variant, wanted: float, generations: int
+) -> Extreme:
     unit, steps = _LADDERS[quantity]
     true_to = swings_at = breaks_at = None
     breaks, is_true, before = "", True, set[str]()
     for step in steps:
         try:
-            jnds, broken = _at(quantity, step, options, proposal)
+            jnds, broken = _at(quantity, step, options, proposal, generations)
         except (Error, ValueError, RuntimeError) as refusal:
             jnds, broken = math.inf, {str(refusal).partition(";")[0]}
         is_true = is_true and jnds <= wanted
@@ -108,7 +117,7 @@ def _stretch(quantity: str, options: LoopOptions, proposal: Variant, wanted: flo
 
 
 def _at(
-    quantity: str, step: float, options: LoopOptions, proposal: Variant
+    quantity: str, step: float, options: LoopOptions, proposal: Variant, generations: int
 ) -> tuple[float, set[str]]:
     """Give the proposal's error at a step in JNDs, and what is the matter there."""
     duration_s = Visit().lasts_s(options.hand)
@@ -143,7 +152,7 @@ def _at(
         )
         if runs[1][name].any()
     }
-    if quantity not in ("angle", "duration") and _swings(less):
+    if quantity not in ("angle", "duration") and _swings(less, generations):
         broken.add(_SWINGS)
     return perception.torque_jnds(steady_nm(felt[1] - felt[0])), broken
 
@@ -200,18 +209,42 @@ def _later(options: LoopOptions, ticks: int) -> LoopOptions:
     return replace(options, scene=scene)
 
 
-def _swings(options: LoopOptions) -> bool:
-    """Throw the knob into the scene and press it, both ways; say whether it swings for ever."""
-    thrown = [
-        replace(options, hand=NoHand(), initial=InitialState(speed_rad_s=way * speed))
-        for speed in SPEEDS_RAD_S
-        for way in (-1.0, 1.0)
-    ]
-    for share in _WEIGHTS:
-        weight_nm = share * options.plant.motor_limit_nm
-        thrown.append(replace(options, hand=TorqueHand(torque_nm=weight_nm), initial=None))
-    runs = simulate_many(thrown, duration_s=_SETTLED_S + _WINDOW_S)
-    return any(_lasts(run, options) for run in runs)
+def _swings(options: LoopOptions, generations: int) -> bool:
+    """Throw the knob into the scene and press it, both ways; say whether it swings for ever.
+
+    Each further generation varies the start after which it swung most.
+    """
+    starts = [(way * speed, 0.0, 0.0) for speed in SPEEDS_RAD_S for way in (-1.0, 1.0)]
+    starts += [(0.0, share, 0.0) for share in _WEIGHTS]
+    random = np.random.default_rng(1)
+    for _ in range(1 + generations):
+        thrown = [_thrown(options, *start) for start in starts]
+        runs = simulate_many(thrown, duration_s=_SETTLED_S + _WINDOW_S)
+        if any(_lasts(run, options) for run in runs):
+            return True
+        worst = starts[int(np.argmax([_swing_rad(run) for run in runs]))]
+        varied = worst + random.normal(0.0, _VARIED, (len(starts), 3))
+        starts = [(float(speed), float(share), float(place)) for speed, share, place in varied]
+    return False
+
+
+def _thrown(
+    options: LoopOptions, speed_rad_s: float, share: float, place_counts: float
+) -> LoopOptions:
+    weight_nm = max(-_HOLDABLE, min(share, _HOLDABLE)) * options.plant.motor_limit_nm
+    phase = options.plant.encoder_phase_counts + place_counts % 1.0
+    return replace(
+        options,
+        hand=TorqueHand(torque_nm=weight_nm) if weight_nm else NoHand(),
+        initial=InitialState(speed_rad_s=speed_rad_s),
+        plant=replace(options.plant, encoder_phase_counts=phase),
+    )
+
+
+def _swing_rad(run: Record) -> float:
+    """Give by how much a knob turns to and fro late, not away."""
+    angle = run["angle_rad"][run["time_s"] >= _SETTLED_S]
+    return float(np.ptp(angle) - abs(angle[-1] - angle[0]))
 
 
 def _lasts(run: Record, options: LoopOptions) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -56,8 +57,30 @@ def _proposal(found: Trade) -> Iterator[str]:
     if found.holds:
         yield f"Verified: {verified}. {perception.text(found.wanted_jnds)} was wanted."
     else:
-        short = perception.text(found.short_by_jnds)
-        yield f"It falls short by {short}: {verified}. Ask for less than {found.wanted_jnds:g}."
+        yield f"It falls short by {perception.text(found.short_by_jnds)}: {verified}."
+        yield _instead(found)
+
+
+def _instead(found: Trade) -> str:
+    """Say what to ask for in place of what cannot be had."""
+    least = max(
+        row.difference.jnds
+        for row in found.rows
+        if row.variant.other_noise or row.name == f"whole device, {found.rows[0].name}"
+    )
+    if least > found.wanted_jnds:  # nothing is truer than the reference
+        return (
+            f"Even with all parts the noise of two visits differs by {perception.text(least)}: "
+            f"ask for more, --wanted {_digit(least, math.ceil):g}."
+        )
+    share = found.wanted_jnds / (found.wanted_jnds + found.short_by_jnds)
+    return f"Ask for less, --wanted {_digit(share * found.wanted_jnds, math.floor):g}."
+
+
+def _digit(value: float, rounded: Callable[[float], int]) -> float:
+    """Round to one digit, up or down."""
+    place = math.floor(math.log10(value))
+    return float(f"{rounded(value / 10.0**place)}e{place}")
 
 
 def _of_part(name: str, row: Row, reference: Row, found: Trade) -> str:

@@ -17,7 +17,7 @@ __all__ = ["evaluate"]
 
 Array = npt.NDArray[np.float64]
 
-_DIGITS: Final = (100, 200)  # tried in this order
+_DIGITS: Final = (100, 200, 400)  # tried in this order
 
 
 def evaluate(case: Case, most_pieces: int | None = None) -> list[dict[str, Any]]:

@@ -3,16 +3,18 @@
 Two visits to a virtual wall are recorded in closed loop: a hand that pushes in and comes out
 (scenario 2 of the paper), and a weight on a string that is cut (scenario 3). The commands to motor
 and brake are then played to each simulator, so that all of them solve the same problem, and what
-they make of it is set beside SciPy's solution.
+they make of it is set beside a solution with proven digits, or SciPy's.
 """
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, Final, get_args
 
 import numpy as np
@@ -28,7 +30,14 @@ from torsio_studies.common import Results, Study
 from torsio_studies.fidelity import batch, drake_model
 from torsio_studies.fidelity.figure import draw
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation, mujoco_version
-from torsio_studies.fidelity.truth import PLANT, Method, hand_torque, simulate_truth
+from torsio_studies.fidelity.truth import (
+    PLANT,
+    HandTorque,
+    Method,
+    Truth,
+    hand_torque,
+    simulate_truth,
+)
 from torsio_studies.steppers import METHODS, make_plant
 
 Array = npt.NDArray[np.float64]
@@ -102,14 +111,7 @@ def _prepare(study: Study, number: int, about: str, hand: Hand, duration_s: floa
     rows = simulate(batch.at_the_wall(hand), duration_s=duration_s)
     motor_nm = rows["motor_command_nm"].astype(np.float64)
     brake_nm = rows["brake_command_nm"].astype(np.float64)
-    truth = simulate_truth(
-        PLANT,
-        hand_torque(hand),
-        motor_nm,
-        brake_nm,
-        period_s=PERIOD_S,
-        on_progress=study.counter(f"scenario {number}: truth", len(motor_nm)),
-    )
+    truth = _truth(study, f"scenario {number}: truth", hand_torque(hand), motor_nm, brake_nm)
     return Scenario(
         number,
         about,
@@ -120,6 +122,21 @@ def _prepare(study: Study, number: int, about: str, hand: Hand, duration_s: floa
         truth.angle_rad - truth.brake_angle_rad,
         truth.friction_events,
     )
+
+
+def _truth(study: Study, label: str, hand: HandTorque, motor_nm: Array, brake_nm: Array) -> Truth:
+    """Give the middles of balls with proven digits; without python-flint SciPy's solution."""
+    if find_spec("flint") is None:
+        count = study.counter(label, len(motor_nm))
+        return simulate_truth(
+            PLANT, hand, motor_nm, brake_nm, period_s=PERIOD_S, on_progress=count
+        )  # fmt: skip
+    balls = importlib.import_module("torsio_studies.enclosure.balls")
+    motor = study.track(motor_nm, label)
+    found, run, _ = balls.enclose(PLANT, hand, motor, brake_nm, period_s=PERIOD_S, digits=100)
+    assert max(ball.rad() for some in found for ball in some) < 10.0**-balls.DIGITS
+    angles = np.array([[float(ball.mid()) for ball in some] for some in found])
+    return Truth(angles[:, 0], angles[:, 1], len(run.events))
 
 
 def _plant_run(plant: Plant, scenario: Scenario) -> tuple[Array, float]:
