@@ -38,6 +38,7 @@ __all__ = ["DIGITS", "Enclosure", "UndecidedError", "enclose"]
 DIGITS: Final = 50
 _A, _P, _B, _WA, _WP, _WB, _TM, _TB, _I, _F, _S, _CM, _CB, _ONE, _T = range(15)
 _HALVINGS: Final = 60
+_OF_A_LEAP: Final = 50  # pieces of time that take as long to look at
 
 
 class TooLongError(ArithmeticError):
@@ -373,6 +374,7 @@ class Enclosure:
 
     def _leap(self, mode: Mode, middle: Any, flow: Any, stay: Stay) -> None:
         """Go on with the middle and the box about it, from which the balls come."""
+        self._pieces += _OF_A_LEAP
         self.centred.leap(mode, middle, flow, stay, self.state)
         self.state = self.centred.box()
 
