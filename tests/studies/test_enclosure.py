@@ -173,7 +173,7 @@ def test_corners_of_the_search_are_plants_that_the_emulator_takes() -> None:
 def test_study_encloses_its_scenes_and_200_random_plants(tmp_path: Path) -> None:
     results = execute("enclosure", out=tmp_path)
     assert len(results["rows"]) == 202
-    assert results["undecided"] <= 4
-    assert results["least_digits"] >= 15  # one plant keeps 16
-    assert results["worst"]["error"] < 1e-9
+    assert results["undecided"] == 0
+    assert results["least_digits"] >= DIGITS
+    assert results["worst"]["error"] < 1e-11
     assert (tmp_path / "enclosure_errors.png").stat().st_size > 10_000

@@ -123,7 +123,8 @@ def show(results: Results, console: Console) -> None:
             digits = f"{row['digits']:.0f}"
             shown.add_row(row["name"], str(row["events"]), digits, f"{row['error']:.1e}", scipy)
     plants = f"median of {len(results['rows']) - 2} plants"
-    shown.add_row(plants, "", "", f"{results['median_error']:.1e}", "")
+    digits = f"{results['least_digits']:.0f} or more"
+    shown.add_row(plants, "", digits, f"{results['median_error']:.1e}", "")
     console.print(shown)
     if results["undecided"]:
         line(console, f"{results['undecided']} cases are undecided: two events too near")
