@@ -21,6 +21,9 @@ from torsio.calibration import calibrate
 from torsio.knob import knob as knob_module
 
 SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
+BOUNDED = torsio.Excitation(
+    duration_s=1.0, travel_rad=1.0, speed_limit_rad_s=50.0, torque_limit_nm=0.05
+)
 
 
 @dataclass
@@ -31,6 +34,7 @@ class Bench:
     knob: torsio.Knob
     file: Path
     recording: torsio.RecordingFile | None = None
+    first: int = 0  # tick that the recording has, or an older one
     others: list[Device] = field(default_factory=list)
     got: list[Any] = field(default_factory=list)
 
@@ -49,8 +53,13 @@ def _record_to(bench: Bench) -> None:
     if bench.recording is not None:
         bench.recording.close()
     bench.recording = None
-    bench.recording = bench.knob.record_to(bench.file)
+    _begin_recording(bench)
     bench.knob.sleep(0.02)
+
+
+def _begin_recording(bench: Bench) -> None:
+    bench.recording = bench.knob.record_to(bench.file)
+    bench.first = bench.device.tick
 
 
 def _record(bench: Bench) -> None:
@@ -68,6 +77,12 @@ def _telemetry(bench: Bench) -> None:
 def _arm(bench: Bench) -> None:
     bench.knob.disarm()
     bench.knob.arm()
+
+
+def _every(bench: Bench) -> None:
+    steps = bench.knob.every(0.005)
+    for _ in range(3):
+        next(steps)
 
 
 def _end_of_python(_: Bench) -> None:
@@ -89,6 +104,9 @@ CALLS: dict[str, Callable[[Bench], Any]] = {
     "record_to": _record_to,
     "stream_local_model": lambda bench: bench.knob.stream_local_model(torque_nm=0.01),
     "configure, save": _configure,
+    "every": _every,
+    "wait_for": lambda bench: bench.knob.wait_for("disarmed", timeout_s=0.02),
+    "excite": lambda bench: bench.knob.excite(BOUNDED),
 }
 """In the order of the table."""
 CLOSING = ("close", "__exit__", "end of Python")
@@ -113,7 +131,7 @@ def bench(call: str, *, paced: bool, recorded: bool) -> Iterator[Bench]:
                 one.play(SPRING)
                 one.arm()
             if recorded:
-                this.recording = knob.record_to(this.file)
+                _begin_recording(this)
             else:
                 knob.start_telemetry()
             knob.sleep(0.01)
@@ -133,16 +151,22 @@ def trial(
     injection = Injection(at, kind)
     with warnings.catch_warnings(), bench(call, paced=paced, recorded=recorded) as this:
         warnings.simplefilter("ignore")
+        newest = int(this.knob.latest()["tick"])
         raised: BaseException | None = None
         try:
             with injection.active():
                 CALLS[call](this)
         except BaseException as error:
             raised = error
-        return _wrong(call, this, raised, injection), injection
+        try:
+            return _wrong(call, this, raised, injection, newest), injection
+        except torsio.Error as error:
+            return f"told afterwards: {error!r}", injection
 
 
-def _wrong(call: str, this: Bench, raised: BaseException | None, injection: Injection) -> str:
+def _wrong(
+    call: str, this: Bench, raised: BaseException | None, injection: Injection, newest: int
+) -> str:
     """Look at the device, the program and the file."""
     if kind_is_lost(raised, injection):
         return "KeyboardInterrupt did not go on"
@@ -151,15 +175,16 @@ def _wrong(call: str, this: Bench, raised: BaseException | None, injection: Inje
         one.is_armed for one in devices
     ):
         return "armed"
-    newest = None
     if call not in CLOSING:
-        with suppress(torsio.Error):
-            newest = int(this.knob.latest()["tick"])
+        if call == "record_to" and this.recording is None:
+            _begin_recording(this)
         if this.recording is None:
             with suppress(torsio.Error):
-                this.got.append(this.knob.read(timeout_s=0.0))
-        with suppress(Exception):
-            this.knob.close()
+                newest = int(this.knob.latest()["tick"])
+            this.got.append(this.knob.read(timeout_s=0.0))
+        elif this.recording.is_open:
+            newest = int(this.knob.record(0.01)["tick"][-1])
+        this.knob.close()
         if this.device.is_armed:
             return "armed after close"
     if not all(one.is_closed for one in devices):
@@ -168,8 +193,7 @@ def _wrong(call: str, this: Bench, raised: BaseException | None, injection: Inje
         this.got.insert(0, raised.samples)
     if this.recording is None:
         return _lost_in_program(call, this, newest)
-    # It starts the stream anew and drops samples that nobody read.
-    return _lost_in_file(this, holes=int(call == "telemetry"))
+    return _lost_in_file(torsio.load(this.file), this.first, newest)
 
 
 def kind_is_lost(raised: BaseException | None, injection: Injection) -> bool:
@@ -181,30 +205,31 @@ def kind_is_lost(raised: BaseException | None, injection: Injection) -> bool:
     )
 
 
-def _lost_in_program(call: str, this: Bench, newest: int | None) -> str:
-    if call not in ("record", "read", "telemetry") or newest is None:
+def _lost_in_program(call: str, this: Bench, newest: int) -> str:
+    if call not in ("record", "read", "telemetry"):
         return ""
     records = [record["tick"] for record in this.got if len(record)]
     ticks = np.unique(np.concatenate([*records, np.zeros(0, np.uint64)]))
     if len(ticks) == 0:
-        return "" if newest == 0 else "no samples"
-    return "samples lost" if _holes(ticks) or ticks[-1] < newest else ""
+        return "no samples"
+    return "samples lost" if _missing(ticks) or ticks[-1] < newest else ""
 
 
-def _lost_in_file(this: Bench, *, holes: int) -> str:
-    loaded = torsio.load(this.file)
+def _lost_in_file(loaded: torsio.Recorded, first: int, newest: int) -> str:
+    """Say what a whole file lacks: every sample between two ticks is there, or counted as lost."""
     ticks = loaded.telemetry["tick"]
     if not loaded.whole:
         return "file torn"
-    if _holes(ticks) > holes and loaded.samples_lost == 0:
-        return "samples lost, unmarked"
+    if len(ticks) == 0 or ticks[0] > first or ticks[-1] < newest:
+        return f"ticks {first} to {newest} became {ticks[:1]} to {ticks[-1:]}"
     if len(ticks) != len(np.unique(ticks)):
         return "samples twice"
-    return ""
+    missing = _missing(ticks)
+    return "" if missing == loaded.samples_lost else f"{missing} lost, {loaded.samples_lost} told"
 
 
-def _holes(ticks: Any) -> int:
-    return int(np.sum(np.diff(ticks.astype(np.int64)) > 1))
+def _missing(ticks: Any) -> int:
+    return int(np.sum(np.diff(ticks.astype(np.int64)) - 1))
 
 
 def lines_of(call: str, *, paced: bool, recorded: bool) -> int:
@@ -232,24 +257,29 @@ def interrupt_calibration(at: int | None, kind: type[BaseException]) -> tuple[st
 
 
 def interrupt_thread(at: int, kind: type[BaseException]) -> tuple[str, Injection]:
-    """End the thread of a recording's file at a line; that is told, and what it had is there."""
+    """End the thread of a recording's file at a line; that is told, or the file has all."""
     injection = Injection(at, kind, in_thread=True)
     made = device(paced=False)
     told: BaseException | None = None
+    first = newest = 0
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "x.mcap"
         try:
             with injection.active(), torsio.open(made) as knob, knob.record_to(file):
+                first = made.tick
                 knob.arm()
                 knob.sleep(0.05)
+                newest = int(knob.latest()["tick"])
         except BaseException as error:
             told = error
         loaded = torsio.load(file)
     if made.is_armed or not made.is_closed:
         return "armed", injection
-    if injection.where is not None and not loaded.whole and not isinstance(told, kind):
+    if told is None:
+        return _lost_in_file(loaded, first, newest), injection
+    if injection.where is None or not isinstance(told, kind):
         return f"told by {told!r}", injection
-    return "samples lost, unmarked" if _holes(loaded.telemetry["tick"]) else "", injection
+    return "samples lost, unmarked" if _missing(loaded.telemetry["tick"]) else "", injection
 
 
 def interrupt_update(at: int, kind: type[BaseException]) -> tuple[str, Injection]:

@@ -20,6 +20,7 @@ class Device(torsio.Transport):
 
     def __init__(self, tick_ns: int = 1_000_000) -> None:
         self.lock = threading.RLock()
+        self._tick_ns = tick_ns
         self.device = EmulatedDevice(plant=torsio.PlantParams(), control_period_ns=tick_ns)
         self.device.advance(5_000_000)
         self.is_closed = False
@@ -30,6 +31,11 @@ class Device(torsio.Transport):
         with self.lock:
             self.device.advance(20_000_000)
             return bool(self._told("health")["state"] == "armed")
+
+    @property
+    def tick(self) -> int:
+        """The newest control tick, asked without the library."""
+        return self.now_ns() // self._tick_ns
 
     def _told(self, name: str) -> dict[str, Any]:
         report = self.device.get_feature(_REPORTS[name])

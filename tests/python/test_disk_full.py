@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import signal
@@ -127,6 +128,24 @@ def test_map_on_a_full_disk_leaves_none(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "command",
+    ["stability --device emulated --quick", "calibrate --device emulated --quick",
+     "trade scene.py --quick --no-extremes --parts cogging"],
+)  # fmt: skip
+def test_result_is_printed_though_its_picture_cannot_be_drawn(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("scene.py").write_text(
+        "import torsio\nscene = torsio.Wall(angle_rad=0.3, stiffness_nm_per_rad=2.0)\n"
+    )
+    result = CliRunner().invoke(app, [*command.split(), "--json", "--picture", "none/x.png"])
+    assert result.exit_code == 1, result.output
+    assert "none/x.png: No such file or directory" in result.stderr
+    assert json.loads(result.stdout)
+
+
 @pytest.mark.parametrize("arguments", ["--help", "--version", "config dump", "doctor --json"])
 @pytest.mark.parametrize(("where", "words"), [(">/dev/full", "No space left"), (">&-", "closed")])
 def test_standard_output_that_takes_nothing_is_told(arguments: str, where: str, words: str) -> None:
@@ -173,6 +192,7 @@ def test_disk_that_is_slower_than_time_holds_it_up_or_costs_samples_that_are_cou
             other.join()
     loaded = torsio.load(path)
     assert loaded.whole
+    assert loaded.samples_lost == recording.samples_lost
     if paced:
         assert loaded.samples_lost > 0
         assert len(loaded.telemetry) + loaded.samples_lost >= got

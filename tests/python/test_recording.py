@@ -76,6 +76,25 @@ def test_what_nobody_read_is_kept_before_another_rate_begins(tmp_path: Path) -> 
     assert np.sum(torsio.load(tmp_path / "x.mcap").telemetry["tick"] < first) >= 50
 
 
+def test_restarted_telemetry_misses_no_sample_of_a_file_or_says_how_many(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with torsio.open("emulated") as knob, knob.record_to(path):
+        knob.sleep(0.05)
+        knob.start_telemetry()  # as it runs already
+        knob.sleep(0.05)
+        knob.start_telemetry(500.0)
+        knob.sleep(0.05)
+        knob.record(0.05, rate_hz=250.0)
+    loaded = torsio.load(path)
+    steps = np.diff(loaded.telemetry["tick"].astype(int))
+    assert np.all(steps[:90] == 1)
+    assert set(steps[-10:]) == {4}
+    # The distances in which each stream's samples go on.
+    into_500, into_250 = np.flatnonzero(steps == 2)[0] - 1, np.flatnonzero(steps == 4)[0] - 1
+    between = steps[into_500] - 1 + (steps[into_250] - 2) // 2
+    assert loaded.samples_lost == between
+
+
 def test_other_programs_find_times_and_schemas_in_it(knob: torsio.Knob, tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     before_ns = time.time_ns()

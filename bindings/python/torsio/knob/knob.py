@@ -325,13 +325,7 @@ class Knob(ConfigQuestions):
             If the file cannot be written.
         """
         path = checks.path("path", path)
-        recording = self._recording.begin(path, self.info, self._configuration.all())
-        try:
-            self._knob.start_telemetry(None, False)  # what came before is not in it
-        except BaseException:
-            recording.close()
-            raise
-        return recording
+        return self._recording.begin(path, self.info, self._configuration.all())
 
     # Waiting --------------------------------------------------------------------------------
 

@@ -77,6 +77,7 @@ class KnobRecording:
         # again.
         self._early: Record | None = None
         self._early_ticks = 0, 0
+        self._stream: tuple[float | None, bool, float] | None = None
 
     @property
     def is_under_way(self) -> bool:
@@ -110,17 +111,22 @@ class KnobRecording:
             self._early, self._early_ticks = None, (0, 0)
             self._disarm_before = self._knob.last_disarm()
             self._clock = _DeviceClock(self._knob)
+            before = self._file
             try:
                 begun = tap.take()
                 self._tap = tap
                 self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
+                self._file.put(self._file.write_reports, [begun])
+                if any(content[0] == _COMMIT for _, sent, content in begun if sent):
+                    self._file.note("playing", scene=self._scene)
+                # What came before is not in it.
+                self._stream = None, False, self._knob.start_telemetry(None, False)
+                return self._file
             except BaseException:
                 self._tap = None  # or it keeps every report from now on
+                if self._file is not before:
+                    self.close()
                 raise
-            self._file.put(self._file.write_reports, [begun])
-            if any(content[0] == _COMMIT for _, sent, content in begun if sent):
-                self._file.note("playing", scene=self._scene)
-        return self._file
 
     def close(self) -> None:
         """End it, if one is under way."""
@@ -145,6 +151,22 @@ class KnobRecording:
             self.awaits_arm = False
             knob_warnings.warn(knob_warnings.never_armed())
 
+    def start_telemetry(self, rate_hz: float | None, prompt: bool) -> float:
+        """Start the stream anew; not if it runs so already, or the file would miss some samples."""
+        self.drain()
+        before = self._stream if self.is_under_way else None
+        if before is not None and before[:2] == (rate_hz, prompt):
+            return before[2]
+        if before is not None and self._file is not None:
+            self._file.put(self._file.write_restart, [before[2]])
+        self._stream = rate_hz, prompt, self._knob.start_telemetry(rate_hz, prompt)
+        return self._stream[2]
+
+    def stop_telemetry(self) -> None:
+        """Stop it."""
+        self._knob.stop_telemetry()
+        self._stream = None
+
     def read(self, max_samples: int, timeout_s: float) -> Telemetry:
         """Take samples out of the knob, for the program and for the file.
 
@@ -153,6 +175,7 @@ class KnobRecording:
         kept: list[Record] = []
         try:
             self._take_samples(self._knob.read, max_samples, timeout_s, kept)
+            self._knob.pass_on()
             self._keep_rest(kept[0])
             return kept[0].view(Telemetry)
         except BaseException as error:
@@ -170,9 +193,13 @@ class KnobRecording:
             Gets the samples, however it ends; if it ends well also how the torque went, or None,
             and whether it came late.
         """
+        if self.is_under_way and rate_hz is not None:
+            self.start_telemetry(rate_hz, False)
+            rate_hz = None
         self.drain()  # old samples would be in the way
         try:
             self._take_samples(self._knob.record, duration_s, rate_hz, must_stay_armed, kept)
+            self._knob.pass_on()
         except BaseException:
             if len(kept) == 1:
                 self._keep_early(kept[0])

@@ -55,16 +55,15 @@ class KnobTelemetry:
         InvalidArgument
             Says which rates this knob has.
         """
-        self._recording.drain()
         self._is_started = True
-        return self._knob.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
+        return self._recording.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
 
     def stop_telemetry(self) -> None:
         """Stop telemetry; a `record` in another thread keeps it until that is done.
 
         Warns as `record` does if a scene was played and never armed; so does `Knob.close`.
         """
-        self._knob.stop_telemetry()
+        self._recording.stop_telemetry()
         self.end()
 
     def end(self) -> None:

@@ -144,6 +144,8 @@ class RecordingFile:
         self.path: Final = Path(path)
         self.samples: int = 0
         """Written so far."""
+        self.samples_lost: int = 0
+        """Missing in the file so far: lost on the way, or because the disk was slow."""
         self._received = 0  # samples that are neither written nor waiting
         self._on_close = on_close
         # The times of all messages are the device's, laid on the host's clock once.
@@ -154,6 +156,7 @@ class RecordingFile:
         self._file: _Stream | None = None
         self._channels: dict[str, int] = {}
         self._newest_ns = 0  # newest sample
+        self._restarts_from_ns = 0  # distance of samples before a restart of telemetry
         self._lost = samples_lost
         self._failure: BaseException | None = None
         # Both may be used in the handler of a signal that comes in the middle of using them.
@@ -202,28 +205,29 @@ class RecordingFile:
         """Give the recording itself."""
         return self
 
-    def __exit__(self, *_: object) -> None:
+    @_torsio.all_of
+    def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
         """Close the file."""
-        self.close()
+        return (self.close,)
 
     @property
     def is_open(self) -> bool:
         """False once closed, or when a write has failed."""
         return self._is_open and self._thread.is_alive()  # no thread in a forked child
 
-    def close(self) -> None:
-        """Write what is left, and the file's index.
+    @_torsio.all_of
+    def close(self) -> Iterable[Callable[[], object]]:
+        """Write what is left, and the file's index. Closing twice is fine."""
+        return self._take_rest, self._end, self.tell_failure
 
-        Closing twice is fine, and ends what an interrupt has left undone the first time.
-        """
-        try:
-            if self.is_open:
-                self._on_close()
-        finally:
-            self._waiting.put(None)
-            while self.is_open and not self._ended.acquire(timeout=_LOOK_S):
-                pass
-        self.tell_failure()
+    def _take_rest(self) -> None:
+        if self.is_open:
+            self._on_close()
+
+    def _end(self) -> None:
+        self._waiting.put(None)
+        while self.is_open and not self._ended.acquire(timeout=_LOOK_S):
+            pass
 
     def note(self, kind: str, **values: Any) -> None:
         """Write an event of the program's own: a mark, a condition of an experiment.
@@ -270,6 +274,10 @@ class RecordingFile:
             return
         columns = [samples[name].tolist() for name in COLUMNS]
         times_ns = np.rint(1e9 * samples["time_s"]).astype(np.int64)
+        if self._restarts_from_ns and self._newest_ns:
+            between_ns = int(times_ns[0]) - self._newest_ns
+            self.write_missed(round(between_ns / self._restarts_from_ns) - 1)
+        self._restarts_from_ns = 0
         for at, row in zip(times_ns.tolist(), zip(*columns, strict=True), strict=True):
             self._write("telemetry", at, dict(zip(COLUMNS, row, strict=True)))
         self._newest_ns = int(times_ns[-1])
@@ -278,14 +286,18 @@ class RecordingFile:
     def write_lost(self, samples_lost: int) -> None:
         """Write what is missing before the last samples, by the knob's count."""
         if samples_lost > self._lost:
-            missing = {"samples_lost": samples_lost - self._lost}
-            self._write("drop_outs", self._newest_ns, missing)
+            self.write_missed(samples_lost - self._lost)
             self._lost = samples_lost
 
+    def write_restart(self, rate_hz: float) -> None:
+        """Have the next samples tell what lies between them and the last ones of this rate."""
+        self._restarts_from_ns = round(1e9 / rate_hz)
+
     def write_missed(self, samples: int) -> None:
-        """Write that the program got samples and the file did not."""
-        if samples:
+        """Write that the device gave samples and the file did not get them."""
+        if samples > 0:
             self._write("drop_outs", self._newest_ns, {"samples_lost": samples})
+            self.samples_lost += samples
 
     def write_energies(self, energies: Energies) -> None:
         """Write what was asked after telemetry had come."""

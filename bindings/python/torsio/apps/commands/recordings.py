@@ -58,7 +58,7 @@ def record_command(
             err.print("torsio: the recording ends here")
         finally:
             recording.close()
-        lost = knob.statistics().samples_lost
+    lost = recording.samples_lost
     if as_json:
         print_json({"file": str(file), "samples": recording.samples, "samples_lost": lost})
         return
@@ -72,9 +72,8 @@ def _wait(knob: torsio.Knob, recording: torsio.RecordingFile, duration_s: float 
     left_s = 1e9 if duration_s is None else duration_s
     with err.status("") as status:
         while left_s > 0.0:
-            lost = knob.statistics().samples_lost
             ends = "" if duration_s is None else f", {left_s:.0f} s left"
-            status.update(f"{recording.samples} samples, {lost} lost{ends}")
+            status.update(f"{recording.samples} samples, {recording.samples_lost} lost{ends}")
             slice_s = min(left_s, _TOLD_EVERY_S)
             knob.sleep(slice_s)
             left_s -= slice_s
