@@ -50,14 +50,27 @@ class PyKnob {
   Knob& operator*() const { return *get(); }
   Knob* operator->() const { return get(); }
 
-  /// Runs what may wait without the interpreter's lock.
+  /// Runs what may wait without the interpreter's lock. Throws what a transport keeps for the
+  /// program; signs of life and close() throw nothing themselves.
   template <class Act>
   auto run(Act&& act) const {
+    if constexpr (std::is_void_v<decltype(act())>) {
+      take(act);
+      pass_on();
+    } else {
+      auto result = take(act);
+      pass_on();
+      return result;
+    }
+  }
+  /// The same, but its result comes first; pass_on() must follow.
+  template <class Act>
+  auto take(Act&& act) const {
     try {
       const Unlocked unlocked;
       return act();
     } catch (...) {
-      passing_->pass_on();
+      pass_on();
       throw;
     }
   }
@@ -214,7 +227,6 @@ struct Calling {
       };
       if constexpr (std::is_void_v<Result>) {
         run();
-        self.pass_on();  // errors that close() and signs of life did not raise
       } else {
         return told(run());
       }
@@ -231,9 +243,25 @@ auto call(Result (Owner::*method)(Parameters...) const) {
   return Calling<Owner, Result, Parameters...>::by(method);
 }
 
+/// The steps of a program's own loop; the knob outlives them.
+class PySteps {
+ public:
+  PySteps(const PyKnob& knob, double period_s) : knob_(knob), steps_(knob->every(period_s)) {}
+
+  py::tuple wait() {
+    static_cast<void>(*knob_);  // a hand or a transport may not
+    const Step step = knob_.run([&] { return steps_.wait(); });
+    return py::make_tuple(step.index, step.time_s, step.late_steps);
+  }
+
+ private:
+  const PyKnob& knob_;
+  Steps steps_;
+};
+
 /// @param kept a list that gets the samples too, so that no interrupt comes between
 py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s, py::list kept) {
-  py::array samples = as_record(knob.run([&] { return knob->read(max_samples, timeout_s); }));
+  py::array samples = as_record(knob.take([&] { return knob->read(max_samples, timeout_s); }));
   kept.append(samples);
   return samples;
 }
@@ -245,7 +273,7 @@ py::array record(const PyKnob& knob, double duration_s, std::optional<double> ra
                  bool must_stay_armed, py::list kept) {
   TelemetryRecord samples;
   try {
-    knob.run([&] { knob->record(samples, duration_s, rate_hz, must_stay_armed); });
+    knob.take([&] { knob->record(samples, duration_s, rate_hz, must_stay_armed); });
   } catch (...) {
     kept.append(as_record(std::move(samples)));
     throw;
@@ -331,7 +359,6 @@ void bind_configs(py::class_<PyKnob>& knob) {
                self.run([&] { self->configure(config); });
                return true;
              });
-             self.pass_on();
            })
       .def_static("encode_config", [](const std::string& name, const py::object& source) {
         return with_config<py::bytes>(name, [&]<class Config>(const ConfigKind<Config>&) {
@@ -392,7 +419,7 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
       .def("last_disarm", call(&Knob::last_disarm))
       .def("sleep", call(&Knob::sleep))
       .def(
-          "every", [](const PyKnob& self, double period_s) { return self->every(period_s); },
+          "every", [](const PyKnob& self, double period_s) { return PySteps(self, period_s); },
           py::keep_alive<0, 1>())
       .def("wait_for", call(&Knob::wait_for));
 }
@@ -413,17 +440,12 @@ void bind_knob(py::module_& module) {
   });
 
   py::class_<PyKnob> knob(module, "Knob");
-  py::class_<Steps>(module, "Steps").def("wait", [](Steps& steps) {
-    const Step step = [&] {
-      const Unlocked unlocked;
-      return steps.wait();
-    }();
-    return py::make_tuple(step.index, step.time_s, step.late_steps);
-  });
+  py::class_<PySteps>(module, "Steps").def("wait", &PySteps::wait);
   module.def("open_knob", &open_knob, arg("way"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", &close_knob)
       .def("disarm_to_close", call(&Knob::disarm_to_close))
+      .def("pass_on", &PyKnob::pass_on)
       .def_property_readonly("is_open", call(&Knob::is_open))
       .def_property_readonly("state", call(&Knob::state))
       .def("info", call(&Knob::info))

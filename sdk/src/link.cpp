@@ -148,8 +148,8 @@ void Link::look() {
 void Link::read_loop() {
   auto keep_alive_at = steady_clock::now();
   while (!stopped_) {
-    bool armed = false;
     try {
+      bool armed = false;
       protocol::ReportBytes report;
       const std::chrono::nanoseconds period(keep_alive_ns_);
       const bool got = transport_->read(report, std::min<std::chrono::nanoseconds>(period, 20ms));
@@ -160,16 +160,16 @@ void Link::read_loop() {
       }
       // Without the lock, which those who are woken want at once.
       if (got) news_.notify_all();
+      const auto now = steady_clock::now();
+      if (armed && now >= keep_alive_at && send_keep_alive()) {
+        keep_alive_at = now + std::chrono::nanoseconds(keep_alive_ns_);
+        const std::lock_guard lock(mutex_);
+        log(true, keep_alive_report());
+      }
     } catch (const std::exception& error) {
       const std::lock_guard lock(mutex_);
       lose(error.what());
       return;
-    }
-    const auto now = steady_clock::now();
-    if (armed && now >= keep_alive_at && send_keep_alive()) {
-      keep_alive_at = now + std::chrono::nanoseconds(keep_alive_ns_);
-      const std::lock_guard lock(mutex_);
-      log(true, keep_alive_report());
     }
   }
 }
@@ -241,9 +241,11 @@ protocol::ReportBytes Link::keep_alive_report() {
   return protocol::encode(protocol::Command{0, 0, protocol::Op::keep_alive});
 }
 
-bool Link::send_keep_alive() noexcept {
+bool Link::send_keep_alive() {
   try {
     return transport_->write(keep_alive_report());
+  } catch (const Interrupted&) {
+    throw;  // it is the program that ends here, not the device
   } catch (...) {
     return false;  // the next read finds out that the device is gone
   }

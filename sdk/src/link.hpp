@@ -131,7 +131,7 @@ class Link {
   void on_transport(Act&& act);
   void log(bool sent, const protocol::ReportBytes& report);
   static protocol::ReportBytes keep_alive_report();
-  bool send_keep_alive() noexcept;
+  bool send_keep_alive();
   void pass_frame(std::int64_t now_ns, std::int64_t limit_ns);
   void take_in_virtual();
   void read_loop();

@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 import torsio
+from tests.faults.calls import BOUNDED, SPRING
 from tests.faults.knobs import Device
-
-SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
 
 
 def _raise(error: BaseException) -> Any:
@@ -60,12 +59,14 @@ class Faulty(Device):
     def __init__(self, method: str, at: int, act: Callable[..., Any] | None) -> None:
         super().__init__()
         self.calls, self._method, self._at, self._act = 0, method, at, act
+        self.step, self.failed_in = -1, -1  # of STEPS; before them the knob is opened
         self._chance = random.Random(at)
 
     def _do(self, method: str, *given: Any) -> Any:
         if method == self._method:
             self.calls += 1
             if self.calls - 1 == self._at and self._act is not None:
+                self.failed_in = self.step
                 return self._act(self, self._chance, *given)
         return getattr(Device, method)(self, *given)
 
@@ -86,18 +87,34 @@ class Faulty(Device):
         self._do("close")
 
 
-def _use(made: Device) -> None:
+STEPS: tuple[Callable[[torsio.Knob], object], ...] = (
+    lambda knob: knob.update(watchdog_s=0.01),  # with signs of life in each wait
+    lambda knob: knob.play(SPRING),
+    lambda knob: knob.arm(),
+    lambda knob: knob.record(0.01),
+    lambda knob: knob.stream_local_model(torque_nm=0.01, deadline_s=1.0),
+    lambda knob: knob.sleep(0.01),
+    lambda knob: [*zip(range(3), knob.every(0.005), strict=False)],
+    lambda knob: knob.wait_for("disarmed", timeout_s=0.01),
+    lambda knob: knob.start_telemetry(),
+    lambda knob: knob.latest(),
+    lambda knob: knob.read(),
+    lambda knob: knob.excite(BOUNDED),
+    lambda knob: knob.sleep(0.01),
+    lambda knob: knob.health(),
+    lambda knob: knob.disarm(),
+    lambda knob: knob.update(law="motor_only"),
+    lambda knob: knob.save(),
+    lambda knob: knob.update(law="paper"),
+)
+
+
+def _use(made: Faulty) -> None:
     with torsio.open(made, command_timeout_s=0.05) as knob:
-        knob.play(SPRING)
-        knob.arm()
-        knob.record(0.01)
-        knob.stream_local_model(torque_nm=0.01, deadline_s=1.0)
-        knob.sleep(0.01)
-        knob.health()
-        knob.disarm()
-        knob.update(law="motor_only")
-        knob.save()
-        knob.update(law="paper")
+        for step, act in enumerate(STEPS):
+            made.step = step
+            act(knob)
+        made.step = len(STEPS)
 
 
 def trial(method: str, at: int, kind: str | None) -> tuple[str, int]:
@@ -119,10 +136,14 @@ def trial(method: str, at: int, kind: str | None) -> tuple[str, int]:
     calls = made.calls
     if made.is_armed:
         return "armed", calls
+    if kind is None and raised is not None:
+        return f"told by {raised!r}", calls
     if raised is not None and not made.is_closed:
         return "not closed", calls
     if kind == "KeyboardInterrupt" and calls > at and not isinstance(raised, KeyboardInterrupt):
         return f"told by {type(raised).__name__}", calls
+    if isinstance(raised, KeyboardInterrupt) and made.step != made.failed_in:
+        return f"step {made.failed_in} was interrupted, step {made.step} raised", calls
     if (method, kind) == ("close", "OSError") and calls > at and not unraisable:
         return "not told", calls
     if raised is None or isinstance(raised, torsio.Error | KeyboardInterrupt):
@@ -133,7 +154,8 @@ def trial(method: str, at: int, kind: str | None) -> tuple[str, int]:
 def trials(every: int) -> Iterator[tuple[str, str, str, str]]:
     """Give method, kind, what is wrong, and where."""
     for method, kinds in METHODS.items():
-        _, calls = trial(method, -1, None)
+        wrong, calls = trial(method, -1, None)
+        assert wrong == ""
         for kind in kinds:
             for at in range(0, calls, every):
                 yield f"transport, {method}", kind, trial(method, at, kind)[0], f"call {at}"
