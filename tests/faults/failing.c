@@ -1,5 +1,6 @@
 // Makes one call of the C library fail: of those that touch files under a folder, or of those that
-// allocate. Preloaded; told by fail_files() from inside, or by the environment.
+// allocate. Preloaded; told by fail_files() from inside, or by the environment. Left out: what only
+// looks (stat, access, folders), links, locks, maps, and calls on folders that are open.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -71,6 +72,17 @@ static bool fails_fd(int fd) {
 OPEN(open)
 OPEN(open64)
 
+#define OPENAT(name)                                             \
+  int name(int folder, const char *path, int flags, ...) {       \
+    va_list more;                                                \
+    va_start(more, flags);                                       \
+    const mode_t mode = va_arg(more, mode_t);                    \
+    va_end(more);                                                \
+    return fails(path) ? -1 : NEXT(name)(folder, path, flags, mode); \
+  }
+OPENAT(openat)
+OPENAT(openat64)
+
 #define FOPEN(name)                                            \
   FILE *name(const char *path, const char *mode) {             \
     return fails(path) ? NULL : NEXT(name)(path, mode);        \
@@ -96,10 +108,24 @@ int close(int fd) {
   errno = with;
   return -1;
 }
-int fsync(int fd) { return fails_fd(fd) ? -1 : NEXT(fsync)(fd); }
-int ftruncate64(int fd, off64_t size) { return fails_fd(fd) ? -1 : NEXT(ftruncate64)(fd, size); }
-int rename(const char *from, const char *to) { return fails(to) ? -1 : NEXT(rename)(from, to); }
-int mkdir(const char *path, mode_t mode) { return fails(path) ? -1 : NEXT(mkdir)(path, mode); }
+size_t fwrite(const void *data, size_t size, size_t count, FILE *file) {
+  return fails_fd(fileno(file)) ? 0 : NEXT(fwrite)(data, size, count, file);
+}
+
+#define ON(type, name, failed, parameters, arguments) \
+  type name parameters { return failed ? -1 : NEXT(name) arguments; }
+ON(int, fsync, fails_fd(fd), (int fd), (fd))
+ON(int, ftruncate, fails_fd(fd), (int fd, off_t size), (fd, size))
+ON(int, ftruncate64, fails_fd(fd), (int fd, off64_t size), (fd, size))
+ON(off_t, lseek, fails_fd(fd), (int fd, off_t to, int from), (fd, to, from))
+ON(off64_t, lseek64, fails_fd(fd), (int fd, off64_t to, int from), (fd, to, from))
+ON(int, fchmod, fails_fd(fd), (int fd, mode_t mode), (fd, mode))
+ON(int, chmod, fails(path), (const char *path, mode_t mode), (path, mode))
+ON(int, chown, fails(path), (const char *path, uid_t user, gid_t group), (path, user, group))
+ON(int, unlink, fails(path), (const char *path), (path))
+ON(int, mkdir, fails(path), (const char *path, mode_t mode), (path, mode))
+ON(int, rename, fails(to), (const char *from, const char *to), (from, to))
+ON(int, renameat, fails(to), (int a, const char *from, int b, const char *to), (a, from, b, to))
 
 // Allocations: FAIL_ALLOCATION=n, and where FAIL_COUNT says how many there were.
 

@@ -13,8 +13,10 @@ import sys
 import tempfile
 import threading
 import traceback
+import warnings
 import zipfile
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ from torsio import calibration
 from torsio.apps import bug_report
 from torsio.apps.cli import app
 from torsio.calibration import keeping
+from torsio.trading.runs import Kept
 
 OLD = "of yesterday"
 ERRORS = {
@@ -171,6 +174,33 @@ def table(folder: Path) -> tuple[Callable[[], Any], Wrong]:
     )
 
 
+def trade(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    file, rows = folder / "kept.json", {"a": {"cpu_s": 1.0}, "b": {"cpu_s": 2.0}}
+    Kept(file).get("old", lambda: rows["a"])
+    stores: list[Kept] = []
+    told: list[str] = []
+
+    def act() -> None:
+        stores.append(Kept(file))
+        with warnings.catch_warnings(record=True) as caught:
+            for name, row in rows.items():
+                assert stores[0].get(name, partial(dict, row)) == row
+        told.extend(str(warning.message) for warning in caught)
+
+    def wrong(raised: BaseException | None) -> str:
+        if raised and stores:
+            return f"a result is lost by {raised!r}"
+        kept = {name: Kept(file).get(name, lambda: {}) for name in ("old", *rows)}
+        if kept["old"] != rows["a"]:
+            return "what was kept is gone"
+        if raised:
+            return sentence(raised)
+        is_whole = kept == {"old": rows["a"], **rows}
+        return "" if is_whole or any(str(file) in text for text in told) else "not told"
+
+    return act, wrong
+
+
 class _Board(StandIn):
     """Takes what is copied when it is looked for, in no thread: operations have an order."""
 
@@ -204,6 +234,7 @@ SCENARIOS: dict[str, Scenario] = {
     "calibration report": calibration_report,
     "bug report": report,
     "table": table,
+    "trade's results": trade,
     "firmware update": firmware_update,
 }
 

@@ -92,6 +92,33 @@ def test_run_leaves_the_knob_disarmed_and_configured_as_before() -> None:
     assert shares[-1] == pytest.approx(1.0)
 
 
+def test_run_that_ends_early_puts_the_law_back_or_says_that_it_cannot(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    options = torsio.EmulatorOptions(control=torsio.ControlConfig(law="motor_only"), log_truth=True)
+    with torsio.open("emulated", emulator=options) as knob:
+
+        def fail(_: float) -> None:
+            knob.emulator.set_emergency_stop(pressed=True)
+            knob.sleep(0.01)
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            wall.run(knob, fail)
+        assert knob.faults() == ("emergency_stop",)
+        assert knob.control_config().law == "motor_only"
+        knob.emulator.set_emergency_stop(pressed=False)
+        knob.clear_fault()
+
+        def refuse(_: object) -> None:
+            raise torsio.Timeout("late")
+
+        monkeypatch.setattr(knob, "configure", refuse)
+        with pytest.raises(torsio.Error, match=r"before the demonstration could not be restored"):
+            wall.run(knob)
+        assert knob.state == "disarmed"
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

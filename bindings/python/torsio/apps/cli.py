@@ -27,6 +27,7 @@ from torsio.apps.commands import (
     trade,
 )
 from torsio.apps.commands.shared import AsJson, Device, opened, plainly, print_json, value_text
+from torsio.common.extras import need_matplotlib
 from torsio.common.screen import asks, err, out
 from torsio.printed.config import CONFIGS
 from torsio.virtual_knob import cli as virtual_knob
@@ -196,11 +197,11 @@ def calibrate_command(
     Nothing is saved unless you say so. The exit status is 0 only if every step could be trusted
     and, with --quick, nothing has drifted.
     """
+    if picture is not None:
+        need_matplotlib()
     say = err if as_json else out
     with opened(device, say, changes=keep) as knob:
-        measured = calibrate.measure(
-            knob, say, quick=quick, ambient_c=ambient_c, supply_v=supply_v, picture=picture
-        )
+        measured = calibrate.measure(knob, say, quick=quick, ambient_c=ambient_c, supply_v=supply_v)
         found = measured["calibration"]
         if as_json:
             changed = [asdict(drift) for drift in measured["changed"]]
@@ -209,6 +210,8 @@ def calibrate_command(
             calibrate.show(knob, measured, out)
         if keep or (not quick and not as_json and asks(say, "Keep this on the device?")):
             calibrate.save(knob, found, say)
+    if picture is not None:  # last: it may fail
+        calibrate.draw(found, picture, say)
     if quick and measured["changed"]:
         raise typer.Exit(1)
 

@@ -9,7 +9,7 @@ import random
 import time
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -186,9 +186,11 @@ class _KeptKnob(torsio.Knob):
 
     def close(self) -> None:
         """Take the truth while it is there."""
-        self._truth()
-        time.monotonic()  # where time is this knob's, it is told where it ends
-        super().close()
+        try:
+            self._truth()
+            time.monotonic()  # where time is this knob's, it is told where it ends
+        finally:
+            super().close()
 
     def keep(self, path: Path) -> Path:
         """Write all that is known of this knob's life."""
@@ -221,8 +223,9 @@ class _Plugs:
         self.knobs.append(_KeptKnob(self._open("emulated", emulator=self.options), self.options))
 
     def close(self) -> None:
-        for knob in self.knobs:
-            knob.close()
+        with ExitStack() as closing:
+            for knob in self.knobs:
+                closing.callback(knob.close)
 
 
 _PLUGS: dict[str, _Plugs] = {}

@@ -15,7 +15,7 @@ from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Array, Refusal
 from torsio.errors import Error, Refused
 from torsio.knob import Knob
-from torsio.printed.config import ActuatorConfig, ControlConfig
+from torsio.knob.configuration import put_back
 from torsio.printed.scenes import Excitation
 from torsio.printed.told import MotorCurrent
 from torsio.telemetry import Record
@@ -151,23 +151,14 @@ class Player:
             return ()  # it forgets unsaved values
         return (
             self._stop,
-            partial(self._put_back, self._actuator),
-            partial(self._put_back, self._control),
+            partial(put_back, self._knob, self._actuator, "the calibration"),
+            partial(put_back, self._knob, self._control, "the calibration"),
         )
 
     def _stop(self) -> None:
         with suppress(Error):  # or it cannot be put back, which is told
             self._knob.stop()
             self._knob.stop_telemetry()
-
-    def _put_back(self, config: ActuatorConfig | ControlConfig) -> None:
-        try:
-            self._knob.configure(config)
-        except Error as error:
-            raise Error(
-                f"the {type(config).__name__} from before the calibration could not be restored "
-                f"({error}); unplug the knob, or configure it, before you use it"
-            ) from error
 
     @property
     def seconds(self) -> float:

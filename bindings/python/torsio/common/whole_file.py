@@ -18,8 +18,11 @@ _MOST_BYTES = 256 * 1024 * 1024
 
 def content(path: str | Path) -> bytes:
     """Read a file that may be none of ours, and without an end. Raises `OSError`, if huge too."""
-    with Path(path).open("rb") as file:
-        read = file.read(_MOST_BYTES + 1)
+    try:
+        with Path(path).open("rb") as file:
+            read = file.read(_MOST_BYTES + 1)
+    except OSError as error:  # a read does not name the file
+        raise OSError(error.errno, error.strerror, str(path)) from None
     if len(read) > _MOST_BYTES:
         raise OSError(
             errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB is no file of Torsio's", str(path)
@@ -82,7 +85,8 @@ def beside(path: str | Path) -> Iterator[Path]:
             if sys.platform != "win32":
                 with suppress(OSError):  # only root may give files away
                     os.chown(part, file.stat().st_uid, file.stat().st_gid)
-            shutil.copymode(file, part)
+            with suppress(OSError):  # a disk without modes; otherwise fewer may read it
+                shutil.copymode(file, part)
         part.replace(file)
     except OSError as error:
         if error.filename not in (None, str(part)):

@@ -7,14 +7,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from torsio import perception
+from torsio import _torsio, perception
+from torsio.errors import Error
 from torsio.knob import Knob
+from torsio.knob.configuration import put_back
+from torsio.printed.config import ControlConfig
 from torsio.printed.hands import ImpedanceHand, Profile
 from torsio.printed.scenes import Wall
 from torsio.telemetry import Record
@@ -195,11 +200,11 @@ def run(knob: Knob, on_progress: Callable[[float], None] = lambda _: None) -> Wa
     Raises
     ------
     Error
-        If an emulated knob was opened without it.
+        If an emulated knob was opened without it, or the configuration cannot be restored.
     """
     before = knob.control_config()
-    knob.update(law="paper", beta=BETA)
     try:
+        knob.update(law="paper", beta=BETA)
         knob.zero()
         knob.relax()
         knob.play(Wall(angle_rad=WALL_ANGLE_RAD, stiffness_nm_per_rad=WALL_STIFFNESS_NM_PER_RAD))
@@ -208,10 +213,20 @@ def run(knob: Knob, on_progress: Callable[[float], None] = lambda _: None) -> Wa
         knob.sleep(before.passive_ramp_s)
         return _record_visit(knob, on_progress)
     finally:
-        if knob.state == "armed":
-            knob.stop()
-        if knob.state == "disarmed":
-            knob.configure(before)
+        _end(knob, before)
+
+
+@_torsio.all_of
+def _end(knob: Knob, before: ControlConfig) -> Iterable[Callable[[], object]]:
+    """Stop, and configure the knob as before."""
+    if knob.is_open and knob.state == "disconnected":
+        return ()  # it forgets unsaved values
+    return partial(_stop, knob), partial(put_back, knob, before, "the demonstration")
+
+
+def _stop(knob: Knob) -> None:
+    with suppress(Error):  # or it cannot be put back, which is told
+        knob.stop()
 
 
 def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit:

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields, replace
 from difflib import get_close_matches
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from torsio import _torsio
 from torsio.common import checks
+from torsio.errors import Error
 from torsio.knob.recording import KnobRecording
 from torsio.printed.config import CONFIGS, Config
 
-__all__ = ["KnobConfiguration"]
+if TYPE_CHECKING:
+    from torsio.knob import Knob
+
+__all__ = ["KnobConfiguration", "put_back"]
 
 _Config = TypeVar("_Config", bound=Config)
 
@@ -114,3 +118,14 @@ def _config_of(name: str) -> type[Config]:
         f"no configuration has a field {name!r}; "
         + (f"there are {there}" if near else "`torsio config get` shows all")
     )
+
+
+def put_back(knob: Knob, config: Config, what: str) -> None:
+    """Configure a knob as before something. Raises `Error`, in a sentence for people."""
+    try:
+        knob.configure(config)
+    except Error as error:
+        raise Error(
+            f"the {type(config).__name__} from before {what} could not be restored ({error}); "
+            "unplug the knob, or configure it, before you use it"
+        ) from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from torsio import _torsio
 from torsio.common import checks
+from torsio.common.emulated import selects_emulated
 from torsio.knob import Knob
 from torsio.knob.transport import Transport
 from torsio.printed.emulator_options import EmulatorOptions
@@ -48,7 +49,7 @@ def open(
         time_waits = selector.time_is_virtual
     else:
         selector = checks.text("selector", selector)
-        time_waits = selector.startswith("emulated") and not (emulator and emulator.paced)
+        time_waits = selects_emulated(selector) and not (emulator and emulator.paced)
     return Knob(
         _torsio.open_knob(
             selector,

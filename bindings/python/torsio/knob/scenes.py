@@ -86,8 +86,9 @@ class KnobScenes:
     ) -> None:
         """Send a torque, a spring and a damper for the device to render at its own rate.
 
-        They act on top of the scene until the next ones come. Does not wait for the device; past
-        the deadline the device fails passive. A deadline of 0 ends the stream in good order.
+        They act on top of the scene until the next ones come. Does not wait for the device,
+        except that a first stiff model asks for its configuration. Past the deadline the device
+        fails passive. A deadline of 0 ends the stream in good order.
 
         Raises
         ------

@@ -184,13 +184,20 @@ class Kept:
         key = hashlib.sha256(f"{_torsio.__version__} {_whole(of)}".encode()).hexdigest()[:24]
         if key not in self._found:
             self._found[key] = make()
-            if self._path is not None:
-                with self._path.open("a", encoding="utf-8") as file:
-                    # A line of its own, whatever was torn before.
-                    row = self._found[key]
-                    line = json.dumps({"key": key, "crc32": _sum(row), "row": row})
-                    file.write(line.join("\n\n"))
+            self._keep({"key": key, "crc32": _sum(self._found[key]), "row": self._found[key]})
         return self._found[key]
+
+    def _keep(self, row: dict[str, Any]) -> None:
+        path = self._path
+        if path is None:
+            return
+        try:
+            with path.open("a", encoding="utf-8") as file:
+                # A line of its own, whatever was torn before.
+                file.write(json.dumps(row).join("\n\n"))
+        except OSError as error:
+            self._path = None
+            warnings.warn(f"{path}: {error.strerror}; nothing more is kept there", stacklevel=3)
 
 
 def _whole(of: object) -> str:

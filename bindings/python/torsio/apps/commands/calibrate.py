@@ -12,14 +12,13 @@ from rich.console import Console
 
 from torsio import calibration
 from torsio.calibration import report
-from torsio.common.extras import need_matplotlib
 from torsio.common.screen import line, table
 from torsio.common.whole_file import beside
 from torsio.knob import Knob
 
 _UNIT = re.compile("_(ohm|h|nm_per_a)$")
 
-__all__ = ["measure", "save", "show", "words_of"]
+__all__ = ["draw", "measure", "save", "show", "words_of"]
 
 
 def measure(
@@ -29,11 +28,8 @@ def measure(
     quick: bool,
     ambient_c: float | None,
     supply_v: float | None,
-    picture: Path | None,
 ) -> dict[str, Any]:
-    """Calibrate with a line of progress a step, draw, and give all as JSON has it."""
-    if picture is not None:
-        need_matplotlib()
+    """Calibrate with a line of progress a step, and give all as JSON has it."""
     before = calibration.kept(knob.info.serial)
     board = knob.board_config()
     watched = board.supply_sense_pin != 0 or not knob.motor_current().measured
@@ -52,10 +48,6 @@ def measure(
     found = calibration.calibrate(
         knob, quick=quick, ambient_c=ambient_c, supply_v=supply_v, progress=step
     )
-    if picture is not None:
-        with beside(picture) as part:
-            found.plot().savefig(part)
-        line(say, f"picture  {picture}")
     changed = [] if before is None else calibration.drifts(before, found)
     return {
         "calibration": found,
@@ -102,6 +94,13 @@ def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
     path = calibration.keep(found)
     where = "until this command ends" if knob.is_emulated else "on the device"
     line(say, f"saved    {where}, and all that was found in {path}")
+
+
+def draw(found: calibration.Calibration, picture: Path, say: Console) -> None:
+    """Draw all fits and their residuals."""
+    with beside(picture) as part:
+        found.plot().savefig(part)
+    line(say, f"picture  {picture}")
 
 
 def words_of(knob: Knob) -> dict[str, Any]:

@@ -76,12 +76,6 @@ def stability_command(
             damping_nm_s_per_rad=np.linspace(0.0, most, _QUICK_DAMPINGS if quick else _DAMPINGS),
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )  # fmt: skip
-    if picture is not None:
-        from torsio.apps.stability_figure import save_figure
-
-        title = f"Springs and dampers on this knob, law '{control.law}', {1e-3 * rate_hz:g} kHz"
-        save_figure(found, predicted, told, title, picture)
-        line(say, f"picture  {picture}")
     stable = found.stable_to_nm_per_rad
     step_nm = perception.count_step_nm(told.stiffness_nm_per_rad, actuator.counts_per_rev)
     count_step = {
@@ -105,20 +99,26 @@ def stability_command(
             },
         }
         print_json(values)
-        return
-    say.print(
-        f"told     springs up to {told.stiffness_nm_per_rad:.3g} N m/rad come to rest, "
-        f"{stability.LIMITS[told.limited_by]}",
-    )  # fmt: skip
-    say.print(
-        f"finger   there one count is {1e3 * step_nm:.2g} mN m, "
-        f"{perception.text(count_step['jnds'])}; one JND up to "
-        f"{count_step['one_jnd_nm_per_rad']:.3g} N m/rad at {actuator.counts_per_rev} counts",
-    )
-    for damping, upto in zip(found.damping_nm_s_per_rad, stable, strict=True):
-        most_tried = "or more " if upto == found.stiffness_nm_per_rad[-1] else ""
-        damper = f"with a damper of {1e3 * damping:.2f} mN m s/rad" if damping else "alone"
-        say.print(f"tried    up to {upto:.3g} N m/rad {most_tried}{damper}")
+    else:
+        say.print(
+            f"told     springs up to {told.stiffness_nm_per_rad:.3g} N m/rad come to rest, "
+            f"{stability.LIMITS[told.limited_by]}",
+        )  # fmt: skip
+        say.print(
+            f"finger   there one count is {1e3 * step_nm:.2g} mN m, "
+            f"{perception.text(count_step['jnds'])}; one JND up to "
+            f"{count_step['one_jnd_nm_per_rad']:.3g} N m/rad at {actuator.counts_per_rev} counts",
+        )
+        for damping, upto in zip(found.damping_nm_s_per_rad, stable, strict=True):
+            most_tried = "or more " if upto == found.stiffness_nm_per_rad[-1] else ""
+            damper = f"with a damper of {1e3 * damping:.2f} mN m s/rad" if damping else "alone"
+            say.print(f"tried    up to {upto:.3g} N m/rad {most_tried}{damper}")
+    if picture is not None:  # last: it may fail
+        from torsio.apps.stability_figure import save_figure
+
+        title = f"Springs and dampers on this knob, law '{control.law}', {1e-3 * rate_hz:g} kHz"
+        save_figure(found, predicted, told, title, picture)
+        line(say, f"picture  {picture}")
 
 
 def add_to(app: typer.Typer) -> None:

@@ -109,18 +109,17 @@ def trade_command(
             )
         except (ValueError, TypeError, RuntimeError) as error:
             raise error if isinstance(error, Error) else InvalidArgument(str(error)) from error
-    say = err if as_json else out
-    if picture is not None:
-        from torsio.trading.figure import save_figure
-
-        save_figure(found, picture, f"What {file.name} needs")
-        line(say, f"picture  {picture}")
     if as_json:
         print_json(as_dict(found))
     else:
         for sentence in lines(found):
             line(out, sentence)
         line(out, f"\n{found.paste()}")
+    if picture is not None:  # last: it may fail
+        from torsio.trading.figure import save_figure
+
+        save_figure(found, picture, f"What {file.name} needs")
+        line(err if as_json else out, f"picture  {picture}")
     if not found.holds:
         raise typer.Exit(1)
 
