@@ -95,13 +95,11 @@ void ClosedLoop::hold_command(const Command& command) {
 }
 
 void ClosedLoop::sense(LoopRow* row) {
-  core::ControllerInputs in;
-  in.encoder_count = encoder_.sample(plant_.state().knob_angle);
-  in.scene = held_ ? nullptr : &setup_->scene;
-  core::Overlay overlay = core::overlay_of(setup_->config.controller, setup_->scene);
-  if (held_) overlay.bounds = overlay.impacts = false;
-  if (core::is_needed(overlay)) in.overlay = &overlay;
-  const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
+  const core::ControllerParams& params = setup_->config.controller;
+  core::Plan plan = core::plan_of(params, held_ ? nullptr : &setup_->scene);
+  if (held_) plan.bounds = false;
+  const std::uint32_t count = encoder_.sample(plant_.state().knob_angle);
+  const core::ControllerOutputs out = core::control(controller_, params, plan, count);
   decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),
               .brake_command_nm = static_cast<double>(out.brake_command_nm)};
   if (row != nullptr) {
@@ -110,7 +108,7 @@ void ClosedLoop::sense(LoopRow* row) {
     row->position_counts = out.motion.position_counts;
     row->estimated_speed_rad_s = out.motion.speed_rad_s;
     row->desired_torque_nm =
-        overlay.bounds ? core::asked_torque(controller_, overlay) : out.desired_torque_nm;
+        plan.bounds ? core::asked_torque(controller_, plan) : out.desired_torque_nm;
     row->motor_command_nm = static_cast<float>(command.motor_command_nm);
     row->brake_command_nm = static_cast<float>(command.brake_command_nm);
     row->sensed_spring_torque_nm = out.spring_torque_nm;

@@ -85,13 +85,10 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   const ControlSetup setup = make_control_setup(options);
   core::ControllerState state;
   state.tick = options.first_tick;
-  core::ControllerInputs in;
-  in.scene = &setup.scene;
-  const core::Overlay overlay = core::overlay_of(setup.config.controller, setup.scene);
-  if (core::is_needed(overlay)) in.overlay = &overlay;
+  const core::Plan plan = core::plan_of(setup.config.controller, &setup.scene);
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    in.encoder_count = counts[i];
-    const core::ControllerOutputs out = core::control(state, setup.config.controller, in);
+    const core::ControllerOutputs out =
+        core::control(state, setup.config.controller, plan, counts[i]);
     rows[i] = {.position_counts = out.motion.position_counts,
                .speed_rad_s = out.motion.speed_rad_s,
                .desired_torque_nm = out.desired_torque_nm,

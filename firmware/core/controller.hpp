@@ -42,56 +42,47 @@ struct ControllerState {
   SoftSensorState sensor;
   SlewState slew;
   float brake_command_nm = 0;  // held since the last tick
-  BoundState bound;            // while an overlay bounds
-  Ledger ledger;               // while an overlay keeps it
+  BoundState bound;            // while a plan bounds
+  Ledger ledger;               // of a law that knows its brake
   SceneState scene;            // last, for it is large
 };
 
-/// Rare parts beside the scene: (scene + local) * gain + extra, bounded. The ordinary tick without
-/// it is spared all of that.
-struct Overlay {
+/// How a tick goes from the count to the commands. Each does what the next one does, but less.
+enum class Pipeline : std::uint8_t {
+  plain,    // the scene, by a law that does not know its brake, on a straight shaft
+  bounded,  // the scene by the law calibrated: nothing in it plays in time, no impacts, and the
+            // bound knows of no change but the knob's
+  full,     // everything
+};
+
+/// What plays, and by which pipeline. Made when something changes, followed by every tick.
+struct Plan {
+  Pipeline pipeline = Pipeline::plain;
+  const Scene* scene = nullptr;  // nullptr: none plays
+  // The full pipeline alone looks at these: (scene + local) * gain + extra, bounded.
   const LocalModel* local = nullptr;      // nullptr: nothing is streamed
   float gain = 1;                         // 0 to 1, for a soft start
   ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
   ExcitationState* excitation = nullptr;  // instead of all that, and of the law
   bool impacts = false;                   // the scene has some
-  bool bounds = false;                    // the law calibrated: nothing that would buzz
-  bool ledger = false;       // the same law, whether or not something plays; it knows the brake
-  bool bent = false;         // the shaft has knees
-  bool only_bounds = false;  // nothing of the above but these three, nothing in the scene plays in
-                             // time, and the bound knows of no change but the knob's
+  bool bounds = false;                    // the law calibrated, while somebody plays
 };
 
-/// Inputs of a law and its parts beside the scene.
-constexpr Overlay overlay_of(const ControllerParams& params) {
-  Overlay overlay;
-  overlay.bounds = overlay.ledger = traits(params.partition.law).bounds;
-  overlay.bent = params.shaft.bent();
-  return overlay;
-}
-
-/// The same, and what the scene itself needs beside the ordinary tick.
-inline Overlay overlay_of(const ControllerParams& params, const Scene& scene) {
-  Overlay overlay = overlay_of(params);
-  overlay.impacts = has_impacts(scene);
-  return overlay;
-}
-
-/// Whether the ledger, a bent shaft or an impact needs the slower tick.
-constexpr bool is_needed(const Overlay& overlay) {
-  return overlay.ledger || overlay.bent || overlay.impacts;
+/// The plan for a scene alone.
+/// @param scene nullptr: none
+inline Plan plan_of(const ControllerParams& params, const Scene* scene) {
+  Plan plan;
+  plan.scene = scene;
+  plan.impacts = scene != nullptr && has_impacts(*scene);
+  plan.bounds = traits(params.partition.law).bounds;
+  if (plan.bounds || plan.impacts || params.shaft.bent()) plan.pipeline = Pipeline::full;
+  return plan;
 }
 
 /// The scene's torque for a law that bounds, at the last tick, and its impacts' torque.
-inline float asked_torque(const ControllerState& state, const Overlay& overlay) {
-  return asked_torque(state.bound) + (overlay.impacts ? state.scene.knock_nm : 0.0F);
+inline float asked_torque(const ControllerState& state, const Plan& plan) {
+  return asked_torque(state.bound) + (plan.impacts ? state.scene.knock_nm : 0.0F);
 }
-
-struct ControllerInputs {
-  std::uint32_t encoder_count = 0;
-  const Scene* scene = nullptr;      // nullptr: nothing plays
-  const Overlay* overlay = nullptr;  // nullptr: nothing but the scene
-};
 
 struct ControllerOutputs {
   Motion motion;
@@ -105,9 +96,9 @@ struct ControllerOutputs {
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
-/// Senses, decides and limits. With scene and overlay absent the commands are zero, while motion
-/// and sensor go on.
-ControllerOutputs control(ControllerState& state, const ControllerParams& params,
-                          const ControllerInputs& in);
+/// Senses, shares and limits. While nothing plays the commands are zero, and motion and sensor go
+/// on.
+ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,
+                          std::uint32_t encoder_count);
 
 }  // namespace torsio::core

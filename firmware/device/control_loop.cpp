@@ -58,8 +58,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   } else {
     --silent_ticks_left_;
   }
-  const core::ControllerOutputs out = core::control(
-      controller_, config_.controller, {in.encoder_count, playing_scene_, playing_overlay_});
+  const core::ControllerOutputs out =
+      core::control(controller_, config_.controller, plan_, in.encoder_count);
   const std::uint32_t causes = find_causes(in, out);
   TickOutputs given{out.motor_command_nm, out.brake_command_nm, enabled_};
   if ((causes | static_cast<std::uint32_t>(held_back_)) != 0) [[unlikely]] {
@@ -88,11 +88,11 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const other_force = serve_others();
   const bool playing = plays() && host_is_there();
-  choose_torque(playing, other_force);
+  const bool changes = choose_torque(playing, other_force);
   faults_.causes = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   held_back_ = faults_.causes != 0 || !(playing || at_rest());
-  if (held_back_ || changes_ || lateness_ != 0 || game.awake()) call();
+  if (held_back_ || changes || lateness_ != 0 || game.awake()) call();
 }
 
 /// Once the controller knows that its commands came to nothing they stay zero by themselves.
@@ -180,7 +180,7 @@ protocol::Ledger ControlLoop::ledger() const {
     const core::ControllerParams& params = config_.controller;
     shaft = params.shaft;
     const bool kept = core::traits(params.partition.law).bounds;
-    const bool bounds = overlay_.bounds && !controller_.bound.new_scene;
+    const bool bounds = plan_.bounds && !controller_.bound.new_scene;
     const core::Ledger& sums = controller_.ledger;
     return protocol::Ledger{
         tick,
@@ -269,10 +269,11 @@ bool ControlLoop::host_is_there() {
     return false;
   }
   --silent_ticks_left_;
-  if (local_model_on_ && local_model_ticks_left_-- == 0) {
+  if (local_model_ticks_left_ == 1) {
     begin_passive(EventKind::deadline_missed);
     return false;
   }
+  if (streams()) --local_model_ticks_left_;
   return true;
 }
 
@@ -289,58 +290,50 @@ void ControlLoop::begin_fade(Phase phase, std::uint32_t ticks) {
   motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
 }
 
-void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
-  playing_scene_ = nullptr;
-  playing_overlay_ = nullptr;
-  changes_ = false;
+/// @returns whether each tick decides anew
+bool ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   // Also while it is let go: it still turns as fast.
   speed_limit_rad_s_ =
       excitation_.on ? config_.excitation_speed_limit_rad_s : config_.speed_limit_rad_s;
-  overlay_ = core::overlay_of(config_.controller);
-  overlay_.bounds = false;
-  if (core::is_needed(overlay_)) playing_overlay_ = &overlay_;
-  if (!playing) {
+  if (playing && !excitation_.on) return play_scene(other_force);
+  plan_ = core::plan_of(config_.controller, nullptr);
+  plan_.bounds = false;
+  if (playing) {
+    plan_.pipeline = core::Pipeline::full;
+    plan_.excitation = &excitation_;
+  } else {
     silent_ticks_left_ = kForever;  // the host that arms is alive
-    return;
   }
-  if (excitation_.on) {
-    changes_ = true;
-    overlay_.excitation = &excitation_;
-    playing_overlay_ = &overlay_;
-    return;
-  }
-  play_scene(other_force);
+  return playing;
 }
 
 /// Scene, local model and others, as far as they have risen.
-void ControlLoop::play_scene(core::ForceSource* other_force) {
-  if (other_force == nullptr || owner_ == Owner::sdk) playing_scene_ = scene_;
-  overlay_.extra = other_force;
-  if (local_model_on_) overlay_.local = &local_model_;
-  if (playing_scene_ != nullptr) overlay_.impacts = core::has_impacts(*playing_scene_);
-  overlay_.bounds = overlay_.ledger;
+bool ControlLoop::play_scene(core::ForceSource* other_force) {
+  const bool others_alone = other_force != nullptr && owner_ != Owner::sdk;
+  plan_ = core::plan_of(config_.controller, others_alone ? nullptr : scene_);
+  plan_.extra = other_force;
+  if (streams()) plan_.local = &local_model_;
   const bool rises = rise();
-  changes_ = rises || local_model_on_ || other_force != nullptr;
-  if (overlay_.bounds && !changes_ && !overlay_.impacts) bound_alone();
-  if (changes_ || overlay_.impacts) playing_overlay_ = &overlay_;
+  if (rises || streams() || other_force != nullptr) {
+    plan_.pipeline = core::Pipeline::full;
+    return true;
+  }
+  if (!plan_.bounds || plan_.impacts) return false;
+  if (scene_ != nullptr && core::plays_in_time(*scene_)) return false;
+  // The first tick after a change still has to tell the bound of it.
+  const core::BoundState& bound = controller_.bound;
+  if (bound.new_scene || bound.in_time_nm != 0.0F) return true;
+  plan_.pipeline = core::Pipeline::bounded;
+  return false;
 }
 
 /// @returns whether the torque comes up, so that it is another in every tick
 bool ControlLoop::rise() {
   if (phase_ != Phase::rising) return false;
-  overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - phase_ticks_left_) /
-                  static_cast<float>(config_.passive_ramp_ticks);
+  plan_.gain = static_cast<float>(config_.passive_ramp_ticks - phase_ticks_left_) /
+               static_cast<float>(config_.passive_ramp_ticks);
   if (--phase_ticks_left_ == 0) phase_ = Phase::playing;
   return true;
-}
-
-/// Notes that the law's bound alone is active. The first tick after a change still has to tell the
-/// bound of it.
-void ControlLoop::bound_alone() {
-  if (scene_ != nullptr && core::plays_in_time(*scene_)) return;
-  const core::BoundState& bound = controller_.bound;
-  overlay_.only_bounds = !bound.new_scene && bound.in_time_nm == 0.0F;
-  changes_ = !overlay_.only_bounds;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -401,7 +394,7 @@ void ControlLoop::enter(Phase phase, Owner owner) {
     game.drop();
     dial_.drop();
   }
-  local_model_on_ = false;
+  local_model_ticks_left_ = 0;
   excitation_.on = false;
   excitation_.end = core::ExcitationEnd::none;
   call();
@@ -425,12 +418,11 @@ void ControlLoop::report_event(EventKind kind) {
   }
   ticks_to_sample_ = static_cast<std::uint8_t>(decimation_ - 1);
   auto flags = static_cast<std::uint8_t>(static_cast<std::uint8_t>(state()) | saturated);
-  if (local_model_on_) flags |= flag::local_model;
+  if (streams()) flags |= flag::local_model;
   if (phase_ == Phase::passive) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
-  const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
-  if (bounds) desired_torque_nm = core::asked_torque(controller_, *playing_overlay_);
-  if (bounds && controller_.bound.bounded) flags |= flag::bounded;
+  if (plan_.bounds) desired_torque_nm = core::asked_torque(controller_, plan_);
+  if (plan_.bounds && controller_.bound.bounded) flags |= flag::bounded;
   const LoopSample sample{controller_.tick - 1,
                           controller_.motion.position_counts,
                           speed_rad_s,

@@ -183,7 +183,7 @@ class ControlLoop {
   }
   Phase phase() const { return phase_; }
   /// Whether a periodic effect played in the last tick.
-  bool shakes() const { return playing_scene_ != nullptr && core::shakes(*playing_scene_); }
+  bool shakes() const { return plan_.scene != nullptr && core::shakes(*plan_.scene); }
 
   // Main loop.
   Snapshot snapshot() const;
@@ -231,10 +231,9 @@ class ControlLoop {
   void begin_passive(protocol::EventKind why);
   void begin_fade(Phase phase, std::uint32_t ticks);
   bool may_take() const;
-  void choose_torque(bool playing, core::ForceSource* other_force);
-  void play_scene(core::ForceSource* other_force);
+  bool choose_torque(bool playing, core::ForceSource* other_force);
+  bool play_scene(core::ForceSource* other_force);
   bool rise();
-  void bound_alone();
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
@@ -246,6 +245,7 @@ class ControlLoop {
   bool armed() const { return phase_ >= Phase::rising; }
   bool fades() const { return phase_ >= Phase::passive; }
   bool plays() const { return armed() && !fades(); }
+  bool streams() const { return local_model_ticks_left_ != 0; }
   /// The next tick must decide anew.
   void call() { attention_.store(1, std::memory_order_release); }  // after the change
 
@@ -256,15 +256,17 @@ class ControlLoop {
   std::atomic<std::uint32_t> attention_{1};
   std::atomic<std::uint32_t> connected_{1};  // 0 or 1; a bool costs an instruction more
   // The last decision: it holds until the next one.
-  const core::Scene* playing_scene_ = nullptr;  // nullptr: nothing plays
-  const core::Overlay* playing_overlay_ = nullptr;
-  bool enabled_ = false;    // power stages on
-  bool held_back_ = false;  // the controller's commands are not followed
-  core::Overlay overlay_;
-  IndexWatch index_;
+  core::Plan plan_;
+  bool enabled_ = false;  // power stages on
+  // The controller's commands are not followed: ticks are late, or what it says is not at rest yet
+  // while nobody plays. So this may be while the stages are on, and while they are off.
+  bool held_back_ = false;
+  std::uint8_t decimation_ = 0;
+  std::uint8_t ticks_to_sample_ = 0;
   // The longest tick so far, but not more than the budget: a longer one is something to decide.
   std::uint32_t usual_tick_ns_ = 0;
   float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of the present scene
+  std::uint32_t silent_ticks_left_ = 0;                               // until the watchdog bites
 
   LoopConfig config_;
   core::ControllerState controller_;
@@ -275,20 +277,15 @@ class ControlLoop {
   const core::Scene* scene_ = nullptr;
 
   core::LocalModel local_model_;
-  bool local_model_on_ = false;
-  std::uint32_t local_model_ticks_left_ = 0;
+  std::uint32_t local_model_ticks_left_ = 0;  // 0: none is streamed; 1: it is late
   std::uint16_t local_model_sequence_ = 0;
   core::ExcitationState excitation_;
 
-  bool takes_centre_ = true;             // once the index is found
-  std::uint32_t lateness_ = 0;           // points: late ticks cost some, the others earn some back
-  std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
-  bool changes_ = false;                 // each tick decides anew
-  std::uint32_t phase_ticks_left_ = 0;   // until what rises or fades has done so
+  IndexWatch index_;
+  bool takes_centre_ = true;            // once the index is found
+  std::uint32_t lateness_ = 0;          // points: late ticks cost some, the others earn some back
+  std::uint32_t phase_ticks_left_ = 0;  // until what rises or fades has done so
   core::Fade motor_fade_;
-
-  std::uint8_t decimation_ = 0;
-  std::uint8_t ticks_to_sample_ = 0;
 
   LoopCounters counters_;
   Ring<Order, 2> orders_;

@@ -147,11 +147,10 @@ Status ControlLoop::follow_local_model(const Order& order) {
   if (!plays()) return Status::not_armed;
   if (owner_ != Owner::sdk) return Status::not_owner;
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
-  if (local_model_on_ && ahead <= 0) return Status::stale;
+  if (streams() && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
   local_model_ = order.local_model;
-  local_model_on_ = order.deadline_ticks != 0;
-  local_model_ticks_left_ = order.deadline_ticks;
+  local_model_ticks_left_ = order.deadline_ticks == 0 ? 0 : order.deadline_ticks + 1;
   return Status::ok;
 }
 
@@ -159,7 +158,7 @@ Status ControlLoop::excite(const Order& order) {
   if (!plays()) return Status::not_armed;
   if (owner_ != Owner::sdk) return Status::not_owner;
   core::begin_excitation(excitation_, order.excitation, controller_.motion.position_counts);
-  local_model_on_ = false;
+  local_model_ticks_left_ = 0;
   return Status::ok;
 }
 

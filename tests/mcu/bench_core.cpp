@@ -23,10 +23,9 @@ int main() {
     scene.order[slot] = slot;
   }
   const auto tick = [](std::uint32_t count) {
-    core::ControllerInputs in;
-    in.encoder_count = count;
-    in.scene = &scene;
-    motor_nm = core::control(state, params, in).motor_command_nm;
+    core::Plan plan;
+    plan.scene = &scene;
+    motor_nm = core::control(state, params, plan, count).motor_command_nm;
   };
   for (const unsigned effects : {0U, 1U, 2U, 16U}) {
     scene.active = static_cast<std::uint8_t>(effects);

@@ -210,12 +210,10 @@ MachineCommand LawOf::share(double desired_nm, bool pressing) {
 
 /// A tick of this device.
 MachineCommand LawOf::control(std::int64_t counts) {
-  core::ControllerInputs in;
-  in.encoder_count = static_cast<std::uint32_t>(counts);
-  in.scene = &setup_->scene;
-  const core::Overlay overlay = core::overlay_of(setup_->config.controller, setup_->scene);
-  if (core::is_needed(overlay)) in.overlay = &overlay;
-  const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
+  const core::ControllerParams& params = setup_->config.controller;
+  const core::Plan plan = core::plan_of(params, &setup_->scene);
+  const core::ControllerOutputs out =
+      core::control(controller_, params, plan, static_cast<std::uint32_t>(counts));
   return both_ways(out.motor_command_nm, out.brake_command_nm);
 }
 

@@ -38,6 +38,7 @@ TEST_CASE("a tick follows the equations of the law in their order") {
   // The same recursion in double precision, written from the equations.
   const core::ControllerParams params = reference_actuator();
   const auto scene = wall_at_zero(1.432F);
+  const core::Plan plan = core::plan_of(params, scene.get());
   core::ControllerState state;
   double brake = 0.0, command = 0.0, spring = 0.0;
   const double per_count = 2.0 * M_PI / 8192.0;
@@ -48,7 +49,7 @@ TEST_CASE("a tick follows the equations of the law in their order") {
                       : i < 500 ? -(i % 4 == 0 ? 1 : 0)
                                 : 0;
     count += delta;
-    const auto out = core::control(state, params, {static_cast<std::uint32_t>(count), scene.get()});
+    const auto out = core::control(state, params, plan, static_cast<std::uint32_t>(count));
 
     brake = command + (brake - command) * std::exp(-1e-3 / 0.06);
     const double capacity = std::max(brake, 3.3e-3);
@@ -82,15 +83,14 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Constant{0.01F, {}};
   scene->active = 1;
-  const core::Overlay overlay = core::overlay_of(params);
+  const core::Plan plan = core::plan_of(params, scene.get());
   for (const double trust : {1.0, 0.25}) {
     core::ControllerState state;
     state.bound.trust = static_cast<float>(trust);
     double most_nm = 0.0;
     for (int i = 0; i < 200; ++i) {
       const int count = 30 * std::min(i, 20);
-      const auto out =
-          core::control(state, params, {static_cast<std::uint32_t>(count), scene.get(), &overlay});
+      const auto out = core::control(state, params, plan, static_cast<std::uint32_t>(count));
       const double spring_nm = static_cast<double>(out.spring_torque_nm);
       most_nm = std::max(most_nm, std::abs(spring_nm));
       const double most_of_it_nm = trust * (2e-3 + 1.5 * 6e-3);  // drag and friction
@@ -104,8 +104,8 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
 TEST_CASE("without a scene nothing is commanded while motion and sensor go on") {
   core::ControllerState state;
   const core::ControllerParams params = reference_actuator();
-  (void)core::control(state, params, core::ControllerInputs{0});
-  const auto out = core::control(state, params, {1});
+  (void)core::control(state, params, {}, 0);
+  const auto out = core::control(state, params, {}, 1);
   CHECK(out.motor_command_nm == 0.0F);
   CHECK(out.brake_command_nm == 0.0F);
   CHECK(out.motion.position_counts == 1);
@@ -120,12 +120,13 @@ TEST_CASE("a torque that is not finite is told, commands nothing and leaves no t
     auto scene = std::make_unique<core::Scene>();
     scene->effect[0] = core::Constant{bad, {}};
     scene->active = 1;
-    const auto out = core::control(state, params, {5, scene.get()});
+    const core::Plan plan = core::plan_of(params, scene.get());
+    const auto out = core::control(state, params, plan, 5);
     CHECK(out.numeric_error);
     CHECK(out.motor_command_nm == 0.0F);
     CHECK(out.brake_command_nm == 0.0F);
     scene->effect[0] = core::Constant{0.01F, {}};
-    const auto next = core::control(state, params, {5, scene.get()});
+    const auto next = core::control(state, params, plan, 5);
     CHECK_FALSE(next.numeric_error);
     CHECK(next.motor_command_nm == Approx(0.01));
   }
@@ -135,6 +136,6 @@ TEST_CASE("the gain scales what the scene and the local model ask for") {
   const core::ControllerParams params = reference_actuator();
   core::ControllerState state;
   const core::LocalModel local{0.04F, {}, 0.0F, 0.0F};
-  const core::Overlay overlay{&local, 0.25F};
-  CHECK(core::control(state, params, {0, nullptr, &overlay}).desired_torque_nm == Approx(0.01));
+  const core::Plan plan{core::Pipeline::full, nullptr, &local, 0.25F};
+  CHECK(core::control(state, params, plan, 0).desired_torque_nm == Approx(0.01));
 }

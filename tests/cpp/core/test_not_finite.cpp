@@ -39,8 +39,8 @@ core::Scene one(const core::Effect& effect) {
 /// Afterwards, with a good scene, everything must be as if nothing had happened.
 void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain,
                      core::ForceSource* extra = nullptr) {
-  core::Overlay overlay{local, gain, extra};
-  overlay.impacts = core::has_impacts(scene);
+  core::Plan plan{core::Pipeline::full, &scene, local, gain, extra};
+  plan.impacts = core::has_impacts(scene);
   for (const core::Law law :
        {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
     const core::ControllerParams p = params(law);
@@ -49,7 +49,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     std::uint32_t count = 0;
     for (int tick = 0; tick < 50; ++tick) {
       count += static_cast<std::uint32_t>(tick % 7);
-      const auto out = core::control(state, p, {count, &scene, &overlay});
+      const auto out = core::control(state, p, plan, count);
       CHECK(core::is_finite(out.motor_command_nm));
       CHECK(core::is_finite(out.brake_command_nm));
       CHECK(core::is_finite(out.spring_torque_nm));
@@ -59,15 +59,15 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
       CHECK(out.brake_command_nm <= 0.110F);
       // The device stops at the first of these.
       if (out.numeric_error) CHECK(out.motor_command_nm == 0.0F);
-      (void)core::control(clean, p, {count});
+      (void)core::control(clean, p, {}, count);
     }
     state.brake = clean.brake;  // a finite scene may have used the brake
     state.sensor = clean.sensor;
     const core::Scene good = one(core::Constant{0.03F, {}});
     state.scene = {};
+    const core::Plan plain = core::plan_of(p, &good);
     for (int tick = 0; tick < 20; ++tick) {
-      ++count;
-      const auto got = core::control(state, p, {count, &good});
+      const auto got = core::control(state, p, plain, ++count);
       CHECK(core::is_finite(got.motor_command_nm));
       CHECK_FALSE(got.numeric_error);
       CHECK(got.desired_torque_nm == 0.03F);

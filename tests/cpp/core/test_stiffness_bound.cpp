@@ -214,14 +214,13 @@ TEST_CASE("a sensor that rings in a knob that never turns back costs the trust")
         make_shaft_params(2.9F, std::array<ShaftKnee, kMostKnees>{}, 4e-5F, 1e-4F, 6e-3F);
     params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
     params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400, 1500};
-    Overlay overlay;
-    overlay.bounds = overlay.ledger = true;
+    Plan plan = plan_of(params, nullptr);
     ControllerState state;
     std::uint32_t count = 0;
     for (int n = 0; n < 4000; ++n) {
       if (n % 234 == 0) count += step_counts;  // once in each of its periods
-      (void)control(state, params, {count, nullptr, &overlay});
-      overlay.only_bounds = true;
+      (void)control(state, params, plan, count);
+      plan.pipeline = Pipeline::bounded;
     }
     CHECK((state.bound.trust == 1.0F) == (step_counts == 1));
   }
@@ -408,16 +407,18 @@ TEST_CASE("a scene that is new comes up whole where the knob is; then its walls 
   scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, 10.0F, 0.0F};
   scene.active = 1;
   ControllerState state;
-  Overlay overlay;
-  overlay.bounds = true;
+  Plan plan;
+  plan.pipeline = Pipeline::full;
+  plan.bounds = true;
   std::uint32_t count = 100;
-  (void)control(state, params, {count, nullptr, &overlay});
+  (void)control(state, params, plan, count);
   state.motion.position_counts = 100;
   state.bound.new_scene = true;
+  plan.scene = &scene;
   const double per_count = 2.0 * 3.14159265358979 / 8192.0;
   double wanted = 0.0;
   for (int n = 0; n < 4; ++n) {
-    const auto out = control(state, params, {++count, &scene, &overlay});
+    const auto out = control(state, params, plan, ++count);
     wanted = n == 0 ? -10.0 * 101 * per_count : wanted - 2.0 * per_count;
     CAPTURE(n);
     CHECK(static_cast<double>(out.desired_torque_nm) == Approx(wanted).scale(0).epsilon(1e-4));
@@ -434,14 +435,14 @@ TEST_CASE("the ordinary tick bounds as the one with everything in it does, to th
   scene.effect[0] = Wall{make_origin(5LL << 19, 8192), -1.0F, 40.0F, 0.0F};  // five counts away
   scene.active = 1;
   CHECK_FALSE(plays_in_time(scene));
-  Overlay all;
-  all.bounds = all.ledger = true;
-  Overlay ordinary = all;
-  ordinary.only_bounds = true;
+  const Plan all = plan_of(params, &scene);
+  CHECK(all.pipeline == Pipeline::full);
+  Plan ordinary = all;
+  ordinary.pipeline = Pipeline::bounded;
   ControllerState one;
   ControllerState other;
-  (void)control(one, params, {0, &scene, &all});
-  (void)control(other, params, {0, &scene, &all});
+  (void)control(one, params, all, 0);
+  (void)control(other, params, all, 0);
   std::uint32_t count = 0;
   bool bounded = false;
   bool helped = false;  // in free air
@@ -449,8 +450,8 @@ TEST_CASE("the ordinary tick bounds as the one with everything in it does, to th
     // Fast swings from free air into the wall and out, with rests.
     const int phase = n % 60;
     count += phase < 25 ? 1U : phase < 50 ? 0xFFFFFFFFU : 0U;
-    const auto a = control(one, params, {count, &scene, &all});
-    const auto b = control(other, params, {count, &scene, &ordinary});
+    const auto a = control(one, params, all, count);
+    const auto b = control(other, params, ordinary, count);
     bounded = bounded || other.bound.bounded;
     helped = helped || (a.desired_torque_nm == 0.0F && a.motor_command_nm != 0.0F);
     REQUIRE(a.desired_torque_nm == b.desired_torque_nm);
@@ -485,11 +486,11 @@ TEST_CASE("a scene whose torque is none gives nothing in an ordinary tick either
   Scene scene;
   scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, std::numeric_limits<float>::infinity(), 0.0F};
   scene.active = 1;
-  Overlay ordinary;
-  ordinary.bounds = ordinary.ledger = ordinary.only_bounds = true;
+  Plan ordinary = plan_of(params, &scene);
+  ordinary.pipeline = Pipeline::bounded;
   ControllerState state;
-  (void)control(state, params, {0, &scene, &ordinary});
-  const auto out = control(state, params, {9, &scene, &ordinary});
+  (void)control(state, params, ordinary, 0);
+  const auto out = control(state, params, ordinary, 9);
   CHECK(out.numeric_error);
   CHECK(out.motor_command_nm == 0.0F);
   CHECK(out.brake_command_nm == 0.0F);
@@ -503,14 +504,15 @@ TEST_CASE("a torque that is none does not stay in the bound") {
   ControllerState state;
   LocalModel broken;
   broken.torque_nm = std::numeric_limits<float>::infinity();
-  Overlay overlay;
-  overlay.bounds = true;
-  overlay.local = &broken;
-  CHECK(control(state, params, {1, nullptr, &overlay}).numeric_error);
+  Plan plan;
+  plan.pipeline = Pipeline::full;
+  plan.bounds = true;
+  plan.local = &broken;
+  CHECK(control(state, params, plan, 1).numeric_error);
   LocalModel sound;
   sound.torque_nm = 0.01F;
-  overlay.local = &sound;
-  const auto out = control(state, params, {2, nullptr, &overlay});
+  plan.local = &sound;
+  const auto out = control(state, params, plan, 2);
   CHECK_FALSE(out.numeric_error);
   CHECK(static_cast<double>(out.desired_torque_nm) == Approx(0.01));
 }
