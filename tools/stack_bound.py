@@ -21,7 +21,7 @@ from tools import boards
 # must exist, unless nothing is ever called there.
 INDIRECT: dict[str, tuple[str, ...]] = {
     # The control law asks the game for its force.
-    r".*(4core7control|11add_overlay|ControlLoop4tick|Device4tick|on_tick|on_step).*": (
+    r".*(4core7control|8run_full|ControlLoop4tick|Device4tick|on_tick|on_step).*": (
         r".*6Forces9torque_nm.*",
     ),
     # The board's rule for its wiring.

@@ -318,6 +318,11 @@ bool ControlLoop::play_scene(core::ForceSource* other_force) {
     plan_.pipeline = core::Pipeline::full;
     return true;
   }
+  return choose_bounded();
+}
+
+/// The bounded pipeline serves a scene that changes with the knob's motion alone.
+bool ControlLoop::choose_bounded() {
   if (!plan_.bounds || plan_.impacts) return false;
   if (scene_ != nullptr && core::plays_in_time(*scene_)) return false;
   // The first tick after a change still has to tell the bound of it.

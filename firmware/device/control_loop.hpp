@@ -233,6 +233,7 @@ class ControlLoop {
   bool may_take() const;
   bool choose_torque(bool playing, core::ForceSource* other_force);
   bool play_scene(core::ForceSource* other_force);
+  bool choose_bounded();
   bool rise();
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
