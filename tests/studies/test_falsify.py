@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import torsio
 from torsio.closed_loop import ClosedLoop
 from torsio_studies.common import StudyError
 from torsio_studies.execution import execute
@@ -51,6 +52,34 @@ def test_search_finds_that_a_law_without_a_bound_buzzes() -> None:
             found = search(case, batch.tries)
             assert found["breaks"] == 1.0
             assert found["work_w"] > 0.0
+
+
+@pytest.mark.filterwarnings("ignore::torsio.SceneWarning")
+def test_device_that_is_told_the_truth_hardly_ever_counts_a_swing() -> None:
+    """Without a look at the scene's steepness every sixth would."""
+    random = np.random.default_rng(5)
+    counts = []
+    for batch in batches(120, 32, "calibrated"):
+        case = batch.designs[0]
+        if case.hand == "thrown":
+            continue
+        value = values_of(random.uniform(size=len(SPACE)))
+        options = options_of(case, {k: 1.0 if "told." in k else v for k, v in value.items()})
+        assert options.actuator is not None
+        assert options.scene is not None
+        emulator = torsio.EmulatorOptions(
+            plant=options.plant, hand=options.hand, control_rate_hz=case.rate_hz
+        )
+        with torsio.open("emulated", emulator=emulator) as knob:
+            knob.configure(options.actuator)
+            knob.configure(options.plant.matching_shaft())
+            knob.update(law="calibrated", beta=options.control.beta)
+            knob.play(options.scene)
+            knob.arm()
+            knob.record(2.5)
+            counts.append(knob.health().unexpected_swings)
+    assert len(counts) == 90
+    assert np.count_nonzero(counts) <= 1, counts
 
 
 def test_study_goes_on_from_its_results_and_writes_the_documented_keys(tmp_path: Path) -> None:
