@@ -82,13 +82,20 @@ def test_sdl_s_own_test_of_joysticks_sees_axis_and_buttons(bus: VirtualBus, tmp_
     with said.open("w") as out:
         tool = subprocess.Popen(
             (SDL_TESTS / "testjoystick",),
-            env={"SDL_VIDEODRIVER": "dummy", "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1"},
+            env={
+                "SDL_VIDEODRIVER": "dummy",
+                "SDL_RENDER_DRIVER": "software",  # looks for no graphics card
+                "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1",
+            },
             stdout=out,
             stderr=out,
         )
 
     def hear(words: str) -> None:
-        wait_for(words, lambda: words in said.read_text())
+        try:
+            wait_for(words, lambda: words in said.read_text())
+        except TimeoutError as wrong:
+            raise AssertionError(f"testjoystick has said: {said.read_text()}") from wrong
 
     hear("axes: 2")
     for order, words in (
