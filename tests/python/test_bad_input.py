@@ -35,9 +35,7 @@ from torsio import (
     TorqueHand,
     Wall,
     _torsio,
-    protocol,
 )
-from torsio.emulator import EmulatedDevice
 
 OLD_TORQUE_NM = 0.0123
 
@@ -253,107 +251,7 @@ def test_device_that_is_not_there_is_named(selector: str) -> None:
     assert "no knob is plugged in" in str(caught.value)
 
 
-def test_close_may_be_called_twice_and_ends_everything() -> None:
-    knob = torsio.open("emulated")
-    knob.close()
-    knob.close()
-    assert not knob.is_open
-    calls: list[Callable[[], object]] = [
-        knob.arm,
-        knob.clock,
-        lambda: knob.play(Constant(torque_nm=0.0)),
-        lambda: knob.record(duration_s=0.1),
-        lambda: knob.emulator.time_s,
-        knob.__enter__,
-    ]
-    for call in calls:
-        with pytest.raises(torsio.Closed, match="open it again"):
-            call()
-
-
-def test_unplugged_device_says_so_everywhere() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
-        knob.arm()
-        knob.start_telemetry()
-        knob.sleep(0.05)
-        knob.emulator.unplug()
-        assert knob.wait_for("disconnected", timeout_s=1.0)
-        assert len(knob.read()) > 0  # samples that arrived
-        for call in (knob.arm, knob.clock, lambda: knob.record(duration_s=5.0)):
-            with pytest.raises(torsio.Disconnected) as caught:
-                call()
-            assert isinstance(caught.value, ConnectionError)
-
-
-def test_knob_that_loses_answers_times_out() -> None:
-    with torsio.open("emulated", command_timeout_s=0.1) as knob:
-        knob.emulator.set_link_faults(LinkFaults(drop_input=1.0))
-        with pytest.raises(torsio.Timeout) as caught:
-            knob.arm()
-        assert isinstance(caught.value, TimeoutError)
-        knob.emulator.set_link_faults(LinkFaults())
-
-
-def test_silent_host_disarms_the_device() -> None:
-    """Cut the way to the device: the watchdog must act by itself."""
-    with torsio.open(
-        "emulated", emulator=torsio.EmulatorOptions(hand=PrescribedMotion(angle_rad=0.0))
-    ) as knob:
-        knob.play(Constant(torque_nm=0.02))
-        knob.arm()
-        knob.start_telemetry()
-        knob.emulator.set_link_faults(LinkFaults(drop_output=1.0))
-        knob.sleep(0.5)
-        log = knob.read()
-        assert knob.state == "disarmed"
-    assert log["motor_command_nm"][-1] == 0.0
-    armed = np.flatnonzero(log["flags"] & 0x03 == 1)
-    assert log["time_s"][armed[-1]] - log["time_s"][0] < 0.35  # watchdog_s 0.25, ramp 0.05
-
-
 # The device itself, below the SDK: reports that the SDK would never send
-
-
-def acknowledgement(device: EmulatedDevice, report: bytes) -> dict[str, Any]:
-    assert device.write(report)
-    device.advance(5_000_000)
-    while (data := device.read()) is not None:
-        name, values = protocol.decode(data)
-        if name == "acknowledgement":
-            return values
-    raise AssertionError("no acknowledgement")
-
-
-@pytest.mark.parametrize(
-    ("report", "status"),
-    [
-        (protocol.encode("wall", {"stiffness_nm_per_rad": math.nan}), "not_finite"),
-        (protocol.encode("wall", {"stiffness_nm_per_rad": -1.0}), "out_of_range"),
-        (protocol.encode("wall", {"target": {"slot": 16}}), "out_of_range"),
-        (protocol.encode("wall", {"target": {"axis": 1}}), "bad_axis"),
-        (protocol.encode("commit", {"active": 1}), "empty_slot"),
-        (protocol.encode("command", {"op": "arm"})[:-1] + b"\1", "bad_padding"),
-        (bytes([0x66]).ljust(64, b"\0"), "unknown_report"),
-        (protocol.encode("local_model", {"torque_nm": 0.1}), "not_armed"),
-    ],
-)
-def test_device_answers_a_bad_report_with_its_status(report: bytes, status: str) -> None:
-    answer = acknowledgement(EmulatedDevice(), report)
-    assert protocol.STATUS_NAMES[answer["status"]] == status
-    assert answer["report"] == report[0]
-
-
-@pytest.mark.parametrize("length", [0, 1, 63, 65, 4096])
-def test_device_refuses_feature_reports_of_another_length(length: int) -> None:
-    device = EmulatedDevice()
-    before = device.get_feature(0x05)
-    status, _ = device.set_feature(protocol.encode("control_config", {}).ljust(5000)[:length])
-    assert protocol.STATUS_NAMES[status] == "bad_length"
-    assert device.get_feature(0x05) == before
-
-
-def test_device_stalls_unknown_feature_requests() -> None:
-    assert EmulatedDevice().get_feature(0x77) is None
 
 
 def _bound_classes(module: ModuleType) -> Iterator[type]:

@@ -126,66 +126,6 @@ def test_string_cut_frees_the_knob_as_in_the_second_implementation() -> None:
     assert got["angle"][before] == pytest.approx(expected["angle"][before], abs=2 * COUNT_RAD)
 
 
-def test_static_characterisation_shows_the_spring() -> None:
-    """Brake full, motor ramp: slope K within 1 %, offset the knob's dry friction."""
-    plant = torsio.emulator.Plant()
-    ramp = np.linspace(0.0, 0.085, 4000)
-    plant.record(np.zeros(500), np.full(500, 0.11))
-    rows = plant.record(ramp, np.full_like(ramp, 0.11))
-    part = (ramp > 0.02) & (rows["angle_rad"] < 0.015)
-    slope, offset = np.polyfit(rows["angle_rad"][part], ramp[part], 1)
-    assert slope == pytest.approx(2.873, rel=0.01)
-    assert offset == pytest.approx(6e-3, rel=0.05)
-
-
-def test_plant_alone_matches_the_second_implementation() -> None:
-    """Open loop, stick and slip under commands that jump."""
-    rng = np.random.default_rng(5)
-    motor = np.repeat(rng.uniform(-0.06, 0.06, 40), 25)
-    brake = np.repeat(rng.uniform(0.0, 0.08, 40), 25)
-    rows = torsio.emulator.Plant().record(motor, brake)
-    plant = reference.Plant(reference.Actuator(), reference.Hand())
-    angles, springs = [], []
-    for command in zip(motor.tolist(), brake.tolist(), strict=True):
-        angles.append(plant.state[0])
-        springs.append(plant.spring(plant.state))
-        plant.command = command
-        plant.advance(1e-3)
-    travel = np.ptp(angles)
-    assert travel > 0.1
-    np.testing.assert_allclose(rows["angle_rad"], angles, rtol=0, atol=1e-4 * travel)
-    np.testing.assert_allclose(rows["spring_torque_nm"], springs, rtol=0, atol=2e-4)
-
-
-def test_sensor_is_within_its_bound_in_the_wall() -> None:
-    hand = torsio.ImpedanceHand(
-        intended_angle_rad=[(0.0, 0.0), (1.0, 0.18), (1.2, 0.18), (2.2, 0.0)],
-        stiffness_nm_per_rad=1.0,
-        damping_nm_s_per_rad=0.01,
-        inertia_kg_m2=1e-4,
-    )
-    got, _ = device_record(hand, stiffness=math.degrees(25e-3), beta=0.5, duration=2.4)
-    error = got["sensed"] - got["spring"]
-    assert np.sqrt(np.mean(error**2)) <= 4.5e-3
-
-
-def test_sensor_crosses_zero_inside_a_soft_wall() -> None:
-    """At thc (1 - beta Kve / K) of the depth thc, by theory; drag and lag shift it a little."""
-    stiffness, beta = math.degrees(25e-3), 0.5
-    hand = torsio.ImpedanceHand(
-        intended_angle_rad=[(0.0, 0.0), (1.0, 0.18), (1.4, 0.18), (4.4, 0.0)],
-        stiffness_nm_per_rad=1.0,
-        damping_nm_s_per_rad=0.01,
-        inertia_kg_m2=1e-4,
-    )
-    got, _ = device_record(hand, stiffness=stiffness, beta=beta, duration=4.5)
-    depth = got["count"] * COUNT_RAD - WALL_RAD
-    deepest = depth.max()
-    leaving = 1400 + int(np.argmax(got["sensed"][1400:] >= 0.0))
-    expected = deepest * (1 - beta * stiffness / 2.873)
-    assert depth[leaving] == pytest.approx(expected, rel=0.1)
-
-
 def test_grains_of_a_noisy_texture_are_its_seed_s() -> None:
     def felt(seed: int) -> Any:
         texture = torsio.Texture(grains_per_turn=60, torque_nm=0.02, grain="noise", seed=seed)

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import gc
-import os
 import signal
 import subprocess
 import sys
-import threading
-import time
-import warnings
 import weakref
 from contextlib import suppress
-from pathlib import Path
 
-import numpy as np
 import pytest
 
 import torsio
@@ -188,18 +182,6 @@ with torsio.open("emulated", emulator=paced) as knob:
     assert result.stdout.split() == ["True", "True", "True", "0"], result.stderr
 
 
-def test_unplugged_recording_has_its_samples() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
-        timer = threading.Timer(0.2, knob.emulator.unplug)
-        timer.start()
-        with pytest.raises(torsio.Disconnected) as caught:
-            knob.record(60.0)
-        timer.join()
-        samples = caught.value.samples  # type: ignore[attr-defined]
-    assert len(samples) > 50
-    assert np.all(np.diff(samples["tick"].astype(int)) == 1)
-
-
 def test_recording_without_its_torque_says_so() -> None:
     with torsio.open("emulated") as knob:
         knob.arm()
@@ -217,54 +199,6 @@ def test_recording_without_its_torque_says_so() -> None:
         with pytest.raises(torsio.Refused) as refused:
             knob.stream_local_model(torque_nm=0.01)
         assert refused.value.reason == "deadline_missed"
-
-
-def test_recording_that_begins_without_torque_says_so() -> None:
-    with torsio.open("emulated") as knob:
-        with pytest.raises(torsio.Disarmed, match="not armed"):
-            knob.record(0.1, must_stay_armed=True)
-        knob.arm()
-        knob.stream_local_model(torque_nm=0.01, deadline_s=0.02)
-        knob.sleep(0.2)
-        with pytest.raises(torsio.Disarmed, match="deadline") as caught:
-            knob.record(0.1, must_stay_armed=True)
-        assert caught.value.reason == "deadline_missed"
-        assert len(knob.record(0.1)) == 100
-
-
-def test_recording_that_ends_armed_says_that_it_began_without_torque() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
-
-        def arm_later(before: int) -> None:
-            while knob.statistics().samples_received < before + 50:
-                time.sleep(0.001)
-            knob.arm()
-
-        # On a busy machine the other thread may be too quick or too slow.
-        for _ in range(10):
-            knob.disarm()
-            later = threading.Thread(target=arm_later, args=[knob.statistics().samples_received])
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                later.start()
-                knob.record(0.5)
-                later.join()
-            if caught:
-                break
-        assert [warning.category for warning in caught] == [torsio.DisarmedWarning]
-        assert "begins without torque" in str(caught[0].message)
-
-
-def test_hand_that_is_too_slow_for_its_world_hangs_nothing() -> None:
-    def hand(_time_s: float, _angle_rad: float, _speed_rad_s: float) -> float:
-        time.sleep(0.0015)
-        return 0.0
-
-    options = torsio.EmulatorOptions(paced=True, hand=torsio.FeedbackHand(torque_nm=hand))
-    knob = torsio.open("emulated", emulator=options)
-    knob.arm()
-    assert len(knob.record(0.02)) == 20
-    knob.close()  # did not come back, and Ctrl-C did nothing
 
 
 def test_events_and_callback_tell_the_same() -> None:
@@ -380,37 +314,6 @@ print((pages() - before) * resource.getpagesize())
     )
     # The kernel's search for memory would make it slow: 3.6 MB each if rings were filled.
     assert int(result.stdout) < 1000 * 300_000, result.stderr
-
-
-def test_two_threads_record_while_a_third_stops_telemetry() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
-        sizes: list[int] = []
-        threads = [
-            threading.Thread(target=lambda: sizes.extend(len(knob.record(0.05)) for _ in range(5)))
-            for _ in range(2)
-        ]
-        for thread in threads:
-            thread.start()
-        while any(thread.is_alive() for thread in threads):
-            knob.stop_telemetry()
-            time.sleep(0.002)
-        for thread in threads:
-            thread.join()
-    assert sizes == [50] * 10
-
-
-def test_lock_file_that_is_a_pipe_does_not_block(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "torsio-dev-null.lock")
-    program = "import torsio\ntry:\n torsio.open('/dev/null')\nexcept torsio.Error as e:\n print(e)"
-    result = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-        env={**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)},
-    )
-    assert "/dev/null" in result.stdout, result.stderr
 
 
 @pytest.mark.parametrize("stop", [signal.SIGTERM, signal.SIGINT])

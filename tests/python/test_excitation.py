@@ -44,48 +44,6 @@ def test_sine_goes_from_one_frequency_to_the_other(knob: torsio.Knob) -> None:
     assert log["motor_command_nm"][start : start + 300] == pytest.approx(expected, abs=5e-5)
 
 
-def test_end_of_its_time_disarms_and_says_so(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.01))
-    knob.sleep(0.45)
-    assert knob.state == "armed"
-    assert knob.wait_for("disarmed", timeout_s=0.1)
-    assert knob.last_disarm is not None
-    assert knob.last_disarm.reason == "excitation_over"
-    assert "excitation_over" in [event.kind for event in knob.events()]
-
-
-@pytest.mark.parametrize(
-    "bound", [{"travel_rad": 0.5}, {"speed_limit_rad_s": 3.0}], ids=["travel", "speed"]
-)
-def test_out_of_bounds_disarms_at_once(bound: dict[str, float]) -> None:
-    with torsio.open("emulated") as knob:
-        knob.start_telemetry(1000.0)
-        knob.arm()
-        knob.excite(Excitation(**(BOUNDS | bound), motor_command_nm=0.05))
-        with pytest.warns(torsio.DisarmedWarning, match="excitation_stopped"):
-            log = knob.record(0.3)
-        armed = log[log["motor_command_nm"] > 0]
-        turned = float(armed["angle_rad"][-1])
-        assert turned < 0.6 if "travel_rad" in bound else armed["speed_rad_s"].max() < 4.0
-        assert turned > 5e-3
-        assert knob.state == "disarmed"
-
-
-def test_nothing_of_an_excitation_is_left_when_armed_again(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.03, brake_command_nm=0.05))
-    knob.record(0.05)
-    knob.disarm()
-    knob.arm()
-    log = knob.record(0.05)
-    assert not log["motor_command_nm"].any()
-    assert not log["brake_capacity_nm"][2:].any()
-
-
-def test_disarmed_knob_refuses_an_excitation() -> None:
-    with torsio.open("emulated") as knob, pytest.raises(torsio.Refused, match="must be armed"):
-        knob.excite(Excitation(**BOUNDS))
-
-
 def test_value_out_of_range_is_named_and_changes_nothing(knob: torsio.Knob) -> None:
     knob.excite(Excitation(**BOUNDS, motor_command_nm=0.01))
     with pytest.raises(torsio.InvalidArgument, match=r"excitation: .*ramp_s"):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import torsio
-from torsio import ControlConfig, Knob, PrescribedMotion, TorqueHand, Wall
+from torsio import ControlConfig, Knob, TorqueHand, Wall
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 
 WALL = Wall(angle_rad=0.02, stiffness_nm_per_rad=1.4)
@@ -24,46 +24,10 @@ def knob() -> Iterator[Knob]:
         yield opened
 
 
-def turned_to(angle_rad: float) -> PrescribedMotion:
-    """Give a hand that turns the knob to an angle in 0.1 s and keeps it there."""
-    return PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, angle_rad)])
-
-
-def settled(knob: Knob) -> np.void:
-    knob.sleep(0.3)
-    sample: np.void = knob.record(duration_s=0.05)[-1]
-    return sample
-
-
 # Effects: the torque at rest against the closed form of each
 
 
-def test_stop_disarms_and_empties_the_scene(knob: Knob) -> None:
-    knob.play(torsio.Constant(torque_nm=0.02))
-    knob.arm()
-    knob.stop()
-    assert knob.state == "disarmed"
-    knob.arm()
-    assert settled(knob)["desired_torque_nm"] == 0.0
-
-
-def test_disarm_keeps_the_scene(knob: Knob) -> None:
-    knob.emulator.set_hand(turned_to(0.0))
-    knob.play(torsio.Constant(torque_nm=0.02))
-    knob.arm()
-    knob.disarm()
-    assert settled(knob)["motor_command_nm"] == 0.0
-    knob.arm()
-    assert settled(knob)["desired_torque_nm"] == pytest.approx(0.02, abs=1e-5)
-
-
 # Telemetry
-
-
-def test_single_quantities_need_no_name(knob: Knob) -> None:
-    assert len(knob.record(0.1)) == 100
-    assert knob.start_telemetry(500.0) == 500.0
-    assert sum(map(len, knob.telemetry(0.1))) == 100
 
 
 # States and configuration
@@ -123,28 +87,6 @@ def test_no_two_configurations_have_a_field_of_the_same_name() -> None:
     )
     names = [field.name for config in configs for field in fields(config)]
     assert len(set(names)) == len(names)
-
-
-def test_matching_config_is_the_default_for_the_default_plant() -> None:
-    assert torsio.PlantParams().matching_config() == torsio.ActuatorConfig()
-
-
-def test_emergency_stop_is_a_latched_fault(knob: Knob) -> None:
-    knob.arm()
-    knob.emulator.set_emergency_stop(pressed=True)
-    assert knob.wait_for("fault", timeout_s=0.1)
-    assert knob.faults() == knob.health().faults == ("emergency_stop",)
-    with pytest.raises(torsio.Refused) as caught:
-        knob.arm()
-    assert (caught.value.status, caught.value.report) == ("fault_latched", "command")
-    with pytest.raises(torsio.Refused) as caught:
-        knob.clear_fault()
-    assert caught.value.status == "fault_persists"
-    knob.emulator.set_emergency_stop(pressed=False)
-    knob.sleep(0.002)  # the device looks once a tick
-    knob.clear_fault()
-    knob.arm()
-    assert knob.state == "armed"
 
 
 # Threads
@@ -212,16 +154,6 @@ def test_knob_says_who_and_how_it_is(knob: Knob) -> None:
     assert knob.info.transport == "emulated"
     knob.close()
     assert repr(knob) == "<torsio.Knob 'emulated' closed>"
-
-
-def test_emulated_device_is_always_listed_last() -> None:
-    assert torsio.list_devices()[-1].path == "emulated"
-
-
-def test_record_at_a_rate_takes_every_nth_tick(knob: Knob) -> None:
-    log = knob.record(duration_s=1.0, rate_hz=100.0)
-    assert len(log) == 100
-    assert np.all(np.diff(log["tick"]) == 10)
 
 
 def test_rate_that_this_knob_has_not_is_refused_with_those_it_has(knob: Knob) -> None:

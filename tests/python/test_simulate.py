@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import torsio
-from tests.python import reference
 from torsio import protocol
 from torsio.closed_loop import (
     LoopOptions,
@@ -33,29 +32,6 @@ def push(law: str = "paper") -> LoopOptions:
         ),
         control=torsio.ControlConfig(law=law),  # type: ignore[arg-type]
     )
-
-
-def test_simulate_matches_the_second_implementation() -> None:
-    rows = simulate(push(), duration_s=0.8)
-    expected = reference.run_wall(
-        reference.Actuator(),
-        reference.Hand(inertia=1e-4, stiffness=1.0, damping=0.01, path=reference.piecewise(PATH)),
-        surface=0.05,
-        stiffness=STIFFNESS,
-        beta=0.5,
-        duration=0.8,
-    )
-    assert np.abs(rows["position_counts"] - expected["count"]).max() <= 2
-    for ours, theirs in (
-        ("desired_torque_nm", "desired"),
-        ("motor_command_nm", "motor"),
-        ("sensed_spring_torque_nm", "sensed"),
-        ("spring_torque_nm", "spring"),
-    ):
-        error = np.abs(rows[ours] - expected[theirs])
-        # One count of the spring is 2.2 mN m, and it may be counted a tick earlier or later.
-        assert error.max() <= 7e-3, ours
-        assert np.sqrt(np.mean(error**2)) <= 0.5e-3, ours
 
 
 def test_simulate_many_gives_what_simulate_gives_in_order() -> None:
