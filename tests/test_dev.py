@@ -40,25 +40,6 @@ def named_and_gone(text: str) -> set[str]:
     }
 
 
-def test_slow_script_runs_all_and_names_what_failed(tmp_path: Path) -> None:
-    (tmp_path / ".ci").mkdir()
-    shutil.copy(TREE / ".ci/slow", tmp_path / ".ci")
-    stand_in = tmp_path / "dev"
-    stand_in.write_text('#!/bin/sh\ncat\necho "ran $*"\n[ "$*" != macos ] && [ "$1" != ros ]\n')
-    stand_in.chmod(0o755)
-    result = subprocess.run(
-        [tmp_path / ".ci/slow"], capture_output=True, text=True, check=False, cwd="/"
-    )
-    assert result.returncode == 1
-    *told, first, second = result.stdout.splitlines()
-    assert [first, second] == ["failed: ./dev macos", "failed: ./dev ros"]
-    ran = {line.removeprefix("ran ") for line in told if line.startswith("ran ")}
-    assert "windows python" in ran
-    assert len(ran) == len(told) / 2
-    # Each is a command that there is.
-    assert named_and_gone("\n".join(f"./dev {command}" for command in ran)) == set()
-
-
 def test_commands_need_nothing_but_the_standard_library() -> None:
     # -S leaves out everything that is installed; -I the user's own paths.
     program = "import sys; sys.path.insert(0, sys.argv[1]); import tools.dev.cli"
@@ -164,19 +145,3 @@ def test_group_covers_what_its_tests_import(name: str, stamps: Path) -> None:
             if left:
                 missing[test] = left
     assert missing == {}
-
-
-@pytest.mark.parametrize("to_its_end", [True, False])
-def test_what_must_come_to_its_end_is_waited_for(tmp_path: Path, *, to_its_end: bool) -> None:
-    # Like apt: ended half-way, it leaves a system on which nobody can install.
-    program = (
-        "import pathlib, sys, time; from tools.dev import running\n"
-        "running.LOGS = pathlib.Path(sys.argv[1])\n"
-        "script = 'touch begun; sleep 2; touch ended'\n"
-        "running.later(running.run_logged, 'x', ['sh', '-c', f'cd {sys.argv[1]}; {script}'],\n"
-        f"              to_its_end={to_its_end})\n"
-        "while not (running.LOGS / 'begun').exists(): time.sleep(0.01)\n"
-        "running.stop_all()\n"
-    )
-    subprocess.run([sys.executable, "-c", program, tmp_path], cwd=TREE, check=True, timeout=60)
-    assert (tmp_path / "ended").exists() == to_its_end

@@ -18,13 +18,6 @@ def elf(address: int = 0x10000000, data: bytes = bytes(range(100)), machine: int
     return ident + header + segment + data
 
 
-def test_image_of_a_small_program_is_one_page() -> None:
-    pages = uf2.read_elf(elf())
-    assert pages == {0x10000000: bytes(range(100)).ljust(256, b"\0")}
-    for chip in ("rp2040", "rp2350"):
-        assert uf2.check(uf2.make(pages, chip), chip) == pages
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Make a folder of boards, with one board and one folder without a board."""

@@ -14,23 +14,12 @@ import pytest
 from tools import prose
 
 TREE = Path(__file__).parent.parent
-COMMANDS = (
-    *("setup", "build", "test", "check", "demo", "game", "studio", "bench", "firmware", "udev"),
-    *("generate", "site", "clean"),
-)
 
 
 def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [TREE / "dev", *arguments], capture_output=True, text=True, check=False, cwd="/"
     )
-
-
-@pytest.mark.parametrize("arguments", [(), ("help",), ("--help",)])
-def test_dev_help_names_every_command(arguments: tuple[str, ...]) -> None:
-    result = _dev(*arguments)
-    assert result.returncode == 0
-    assert all(re.search(rf"^  {command}\b", result.stdout, re.M) for command in COMMANDS)
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,6 @@ TESTS = {
     "test_library_needs_numpy_alone": "what mends Wine is a module too",
     "test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from": _TREE,
     "test_link_to_a_file_that_is_not_a_hid_device_is_refused_by_name": _PATHS,
-    "test_lock_file_that_is_a_pipe_does_not_block": _FORK,
     "test_missing_file_in_a_container_is_a_problem": _LINUX,
     "test_signal_ends_a_program_at_once": _FORK,
     "test_stream_has_the_wall_and_the_distances_of_the_device": "its library is not fetched",

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 import socket
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from tests.studies.cluster import local_cluster, without_seconds
@@ -60,24 +58,6 @@ def test_dask_cluster_of_two_workers_gives_the_same_numbers(
         done = {batch.index: without_seconds(rows) for batch, rows in results}
     assert workers == 2
     assert done == reference
-
-
-def test_study_on_a_dask_cluster_of_two_workers_gives_the_same_parquet(
-    tmp_path: Path, two_workers: str
-) -> None:
-    parquet = importlib.import_module("pyarrow.parquet")
-    tables = []
-    for name, where in (("cluster", {"scheduler": two_workers}), ("here", {"workers": 1})):
-        results = execute(
-            "design", out=tmp_path / name, quick=True, settings={"devices": DEVICES, **where}
-        )
-        assert results["workers"] == (2 if name == "cluster" else 1)
-        assert results["computed_now"] == DEVICES + 2 * 9
-        tables.append(parquet.read_table(results["parquet"]).drop_columns("seconds").to_pydict())
-    cluster, here = tables
-    assert list(cluster) == ["group", *(name for name in devices.columns() if name != "seconds")]
-    for name, values in here.items():
-        np.testing.assert_array_equal(cluster[name], values, err_msg=name)
 
 
 @pytest.fixture

@@ -135,7 +135,7 @@ GROUPS = {
         (
             *("tests/test_checks.py", "tests/test_dev.py", "tests/test_project.py"),
             *("tests/test_firmware_tools.py", "tests/test_stack_bound.py"),
-            *("tests/test_windows_plugin.py", "tests/test_mutation.py"),
+            "tests/test_mutation.py",
         ),
         ("release", "python", "studies"),
         _CODE,
