@@ -33,10 +33,14 @@ def literal(value: Bound | str | bool, cpp_type: str) -> str:
         return "true" if value else "false"
     if cpp_type in ("float", "double"):
         text = float_text(float(value))
+        is_fraction = "." in text or "e" in text
         if cpp_type == "double":
-            return text if any(c in text for c in ".e") else text + ".0"
-        return text + "F" if any(c in text for c in ".e") else text
-    value = int(value)
+            return text if is_fraction else text + ".0"
+        return text + "F" if is_fraction else text
+    return _whole(int(value), cpp_type)
+
+
+def _whole(value: int, cpp_type: str) -> str:
     if abs(value) > 0xFFFFFFFF:
         shift = (value & -value).bit_length() - 1
         sign = "u" if cpp_type.startswith("std::u") else ""

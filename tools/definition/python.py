@@ -133,23 +133,25 @@ def _note(field: Field) -> str:
     return note[:1].upper() + note[1:] + ("." if note and note[-1] not in ".)" else "")
 
 
+def _field_lines(of: Structure, told: bool) -> list[str]:
+    required = [f for f in of.host_fields if _default(f, told) == ""]
+    others = [f for f in of.host_fields if _default(f, told) != ""]
+    lines = [f"{f.name}: {_type(f)}{_default(f, told)}" for f in (*required, *others)]
+    if lines and not told:
+        # A single function needs no name at the call; numbers do.
+        lines.insert(sum(f.host == "HandFunction" for f in required), "_: KW_ONLY")
+    return lines
+
+
 def data_class(of: Structure, *, told: bool = False) -> str:
     """Write a data class. With `told` only the library makes it, so it has no defaults."""
     # The base classes that are named derive from this one too.
     base = of.base or ("" if told else "checks.ByName")
     short = "" if told else ", repr=False"  # it is of checks.ByName
     out = f"\n\n@dataclass(frozen=True{short})\nclass {of.name}{f'({base})' if base else ''}:\n{_docstring(of)}\n"
-    required = [f for f in of.host_fields if _default(f, told) == ""]
-    others = [f for f in of.host_fields if _default(f, told) != ""]
-    # A single function needs no name at the call; numbers do.
-    functions = [f for f in required if f.host == "HandFunction"]
-    lines = [f"{f.name}: {_type(f)}{_default(f, told)}" for f in (*required, *others)]
-    if of.host_fields and not told:
-        lines.insert(len(functions), "_: KW_ONLY")
-    out += "".join(f"    {line}\n" for line in lines)
-    asked = () if told else of.host_fields
-    checks = "".join(_checks(field, all_kinds=of.checked) for field in asked)
-    if checks:
+    out += "".join(f"    {line}\n" for line in _field_lines(of, told))
+    checks = "".join(_checks(field, all_kinds=of.checked) for field in of.host_fields)
+    if checks and not told:
         out += (
             "\n    def __post_init__(self) -> None:\n"
             '        """Ask for the right kinds, and keep sequences so that they compare by value."""\n'

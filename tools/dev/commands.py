@@ -8,7 +8,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NoReturn
@@ -140,13 +140,7 @@ def _build_tests(plan: plans.Plan) -> None:
     for preset in ("asan-ubsan", "tsan"):
         if preset in needs:
             beside.append(later(functools.partial(building.build_preset, preset, sources.tinyusb)))
-    building.build_python(building.TORSIO, sources.tinyusb)
-    if "studies" in needs:
-        building.build_python(building.STUDIES, sources.tinyusb)
-    if "hardware" in needs:
-        building.build_python(building.HARDWARE, sources.tinyusb)
-    if "making" in needs:
-        environment.make_hardware()
+    _build_packages(needs, sources.tinyusb)
     # Once for all workers and guests, which otherwise compile every test each. Errors show later.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     collect = ("--collect-only", "-q", "-p", "no:xdist", *plan.arguments)
@@ -163,6 +157,16 @@ def _build_tests(plan: plans.Plan) -> None:
     if "windows games" in needs:
         environment.make_players()
         building.build_windows_games()
+
+
+def _build_packages(needs: Collection[str], tinyusb: str) -> None:
+    building.build_python(building.TORSIO, tinyusb)
+    if "studies" in needs:
+        building.build_python(building.STUDIES, tinyusb)
+    if "hardware" in needs:
+        building.build_python(building.HARDWARE, tinyusb)
+    if "making" in needs:
+        environment.make_hardware()
 
 
 def hardware(arguments: Sequence[str]) -> int:

@@ -152,27 +152,38 @@ def _deck(
     hub, rim = ([n for n in numbers[end].ravel().tolist() if n in used] for end in (0, -1))
     lines = ["*NODE, NSET=ALL"]
     lines += [f"{n + 1}, {x[n]:.9e}, {y[n]:.9e}, {z[n]:.9e}" for n in sorted(used)]
-    lines += ["*ELEMENT, TYPE=C3D20R, ELSET=ARM"]
-    for number, brick in enumerate(bricks, 1):
-        words = [str(number), *(str(n + 1) for n in brick)]
-        lines += [", ".join(words[:16]) + ",", ", ".join(words[16:])]
-    for name, nodes in (("HUB", hub), ("RIM", rim)):
-        lines += [f"*NSET, NSET={name}", *(f"{n + 1}," for n in nodes)]
+    lines += _arm(bricks, {"HUB": hub, "RIM": rim})
     lines += [
         *("*MATERIAL, NAME=PLASTIC", "*ELASTIC", f"{modulus_pa / 1e6:.9e}, {POISSON}"),
         *("*SOLID SECTION, ELSET=ARM, MATERIAL=PLASTIC", "*BOUNDARY", "HUB, 1, 2"),
     ]
     lower = [f"{n + 1}, 3" for n in sorted(used) if z[n] == height[0]]
     lines += lower if thin else ["HUB, 3", "RIM, 3"]
-    places = []
-    for twist in twists:
-        lines += ["*STEP, NLGEOM, INC=200", "*STATIC", "0.5, 1.0, 1e-4, 1.0", "*BOUNDARY"]
-        turned = {n: rotation(twist) @ (x[n], y[n]) for n in rim}
-        for n, (far, high) in turned.items():
-            lines += [f"{n + 1}, 1, 1, {far - x[n]:.12e}", f"{n + 1}, 2, 2, {high - y[n]:.12e}"]
-        lines += ["*NODE PRINT, NSET=RIM, FREQUENCY=200", "RF", "*END STEP"]
-        places.append({n + 1: place for n, place in turned.items()})
+    before = {n + 1: np.array((x[n], y[n])) for n in rim}
+    places = [{n: rotation(twist) @ place for n, place in before.items()} for twist in twists]
+    for turned in places:
+        lines += _step(before, turned)
     return "\n".join(lines) + "\n", places
+
+
+def _arm(bricks: list[list[int]], sets: dict[str, list[int]]) -> list[str]:
+    """Give the elements, and sets of nodes by name."""
+    lines = ["*ELEMENT, TYPE=C3D20R, ELSET=ARM"]
+    for number, brick in enumerate(bricks, 1):
+        words = [str(number), *(str(n + 1) for n in brick)]
+        lines += [", ".join(words[:16]) + ",", ", ".join(words[16:])]
+    for name, nodes in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{n + 1}," for n in nodes)]
+    return lines
+
+
+def _step(before: dict[int, Any], turned: dict[int, Any]) -> list[str]:
+    """Move nodes to where they are when turned, and print the forces there."""
+    lines = ["*STEP, NLGEOM, INC=200", "*STATIC", "0.5, 1.0, 1e-4, 1.0", "*BOUNDARY"]
+    for n, place in turned.items():
+        far, high = place - before[n]
+        lines += [f"{n}, 1, 1, {far:.12e}", f"{n}, 2, 2, {high:.12e}"]
+    return [*lines, "*NODE PRINT, NSET=RIM, FREQUENCY=200", "RF", "*END STEP"]
 
 
 def _forces(text: str) -> list[dict[int, tuple[float, float]]]:

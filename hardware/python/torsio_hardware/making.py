@@ -103,19 +103,30 @@ def make(knob: Knob, out: Path, tell: Callable[[str], object]) -> list[Path]:
     for file in files:
         file.write_text(texts[file.name], encoding="utf-8", newline="")
     tell("solids")
-    placed = solids.assembly(flexure, *sizes)
-    for part in placed:
-        name = part.name.removesuffix(" 1").replace(" ", "_")
-        if part.is_printed and name != "spring" and not name[-1].isdigit():
-            files.append(out / f"{name}.stl")
-            export_stl(solids.printed(part), str(files[-1]), tolerance=0.02)
-    whole = Compound(children=[part.solid for part in placed], label=knob.name)
-    files.append(out / "assembly.step")
-    export_step(whole, str(files[-1]))
+    files += _solids(knob.name, solids.assembly(flexure, *sizes), out)
     files += spring_files(knob.spring, out)
     tell("pictures")
-    coarse = solids.assembly(flexure, *sizes, points=_COARSE)
-    files.append(out / "exploded.svg")
+    files += _pictures(solids.assembly(flexure, *sizes, points=_COARSE), bought, out)
+    return files
+
+
+def _solids(name: str, placed: list[solids.Placed], out: Path) -> list[Path]:
+    """Write what is printed, each part once, and the whole knob."""
+    files = []
+    for part in placed:
+        own = part.name.removesuffix(" 1").replace(" ", "_")
+        if part.is_printed and own != "spring" and not own[-1].isdigit():
+            files.append(out / f"{own}.stl")
+            export_stl(solids.printed(part), str(files[-1]), tolerance=0.02)
+    files.append(out / "assembly.step")
+    whole = Compound(children=[part.solid for part in placed], label=name)
+    export_step(whole, str(files[-1]))
+    return files
+
+
+def _pictures(coarse: list[solids.Placed], bought: dict[str, parts.Part], out: Path) -> list[Path]:
+    """Draw all parts apart, and each step of the assembly."""
+    files = [out / "exploded.svg"]
     lifted = [Pos(0, 0, part.lift_mm) * part.solid for part in coarse]
     names = [_label(*row, bought) for row in enumerate(coarse, 1)]
     picture(lifted, [], files[-1], _VIEW, names)

@@ -36,65 +36,84 @@ def _formulas(results: Results) -> list[dict[str, str]]:
     rows = results["critical_torque"]["rows"]
     stiff = [row for row in rows if row["stiffness_ratio"] > 1.0]
     soft = [row for row in rows if row["stiffness_ratio"] <= 1.0]
-    error = max(abs(row["error"]) for row in rows)
-    stiff_error = max(abs(row["error"]) for row in stiff)
-    soft_error = max(abs(row["error"]) for row in soft)
-
     half = [row for row in stiff if row["beta"] == 0.5]
     one = min(half, key=lambda row: abs(row["stiffness_ratio"] - 3.0))
+    return [
+        _limit_of_the_motor(one),
+        _critical_torque_of_stiff_walls(one, _worst(stiff), _worst(rows)),
+        _critical_torque_of_soft_walls(soft),
+        _limit_of_the_brake(rows),
+        _empty_shaft(results["zero_crossing"]["rows"]),
+    ]
+
+
+def _worst(rows: list[Results]) -> float:
+    return max(abs(float(row["error"])) for row in rows)
+
+
+def _limit_of_the_motor(one: Results) -> dict[str, str]:
     ratio = one["stiffness_ratio"]
     stiffness = ratio * runs.SHAFT_NM_PER_RAD
     slopes = (stiffness - runs.SHAFT_NM_PER_RAD, 0.5 * stiffness)
     depth = one["found_nm"] / stiffness
     as_min, as_max = (runs.MOTOR_NM / pick(slopes) for pick in (min, max))
-    eq_7 = "holds" if _near(depth, as_min) else "wrong" if _near(depth, as_max) else "not found"
+    return _row(
+        "eq. (7)",
+        "the motor's limit is met at the min of two slopes",
+        f"the max: at {ratio:.1f} K the limit is met at {1e3 * depth:.1f} mrad, not at "
+        f"{1e3 * as_min:.1f}",
+        "holds" if _near(depth, as_min) else "wrong" if _near(depth, as_max) else "not found",
+    )
 
+
+def _critical_torque_of_stiff_walls(
+    one: Results, stiff_error: float, error: float
+) -> dict[str, str]:
+    told = f"({1e3 * one['formula_nm']:.0f} mN·m at {one['stiffness_ratio']:.1f} K)"
+    return _row(
+        "eq. (8)",
+        f"critical torque of stiff walls {told}",
+        f"found within {100 * error:.1f} %, with (11) and the brake's limit, over all beta",
+        "holds" if stiff_error <= FORMULA_ERROR else "wrong",
+    )
+
+
+def _critical_torque_of_soft_walls(soft: list[Results]) -> dict[str, str]:
+    error = _worst(soft)
     condition_met = any(row["beta"] * row["stiffness_ratio"] > 1.0 for row in soft)
+    return _row(
+        "eq. (11)",
+        "critical torque of soft walls; 'if beta Kve > K'",
+        f"found within {100 * error:.1f} % for Kve < K, where that condition is "
+        + ("met" if condition_met else "never met"),
+        "wrong" if error > FORMULA_ERROR else "holds" if condition_met else "partly",
+    )
+
+
+def _limit_of_the_brake(rows: list[Results]) -> dict[str, str]:
     most = max(row["found_nm"] for row in rows)
-    together = runs.MOTOR_NM + runs.BRAKE_NM
     beyond = any(
         critical.printed_critical_torque(row["stiffness_ratio"], row["beta"])
         > (1.0 + FORMULA_ERROR) * max(row["found_nm"], most)
         for row in rows
     )
-    zero = max(
-        abs(row["found"] - max(0.0, row["formula"])) for row in results["zero_crossing"]["rows"]
+    return _row(
+        "sec. II-D",
+        "no limit from the brake",
+        f"never above {1e3 * most:.0f} mN·m, of {1e3 * (runs.MOTOR_NM + runs.BRAKE_NM):.0f} that "
+        "motor and brake have together",
+        "wrong" if beyond else "holds",
     )
-    return [
-        _row(
-            "eq. (7)",
-            "the motor's limit is met at the min of two slopes",
-            f"the max: at {ratio:.1f} K the limit is met at {1e3 * depth:.1f} mrad, not at "
-            f"{1e3 * as_min:.1f}",
-            eq_7,
-        ),
-        _row(
-            "eq. (8)",
-            f"critical torque of stiff walls ({1e3 * one['formula_nm']:.0f} mN·m at {ratio:.1f} K)",
-            f"found within {100 * error:.1f} %, with (11) and the brake's limit, over all beta",
-            "holds" if stiff_error <= FORMULA_ERROR else "wrong",
-        ),
-        _row(
-            "eq. (11)",
-            "critical torque of soft walls; 'if beta Kve > K'",
-            f"found within {100 * soft_error:.1f} % for Kve < K, where that condition is "
-            + ("met" if condition_met else "never met"),
-            "wrong" if soft_error > FORMULA_ERROR else "holds" if condition_met else "partly",
-        ),
-        _row(
-            "sec. II-D",
-            "no limit from the brake",
-            f"never above {1e3 * most:.0f} mN·m, of {1e3 * together:.0f} that motor and brake have "
-            "together",
-            "wrong" if beyond else "holds",
-        ),
-        _row(
-            "fig. 3, P8",
-            "the shaft is empty inside a soft wall",
-            f"at the depth (1 - beta Kve/K), within {100 * zero:.1f} % of it on the ideal plant",
-            "holds" if zero <= 0.01 else "wrong",
-        ),
-    ]
+
+
+def _empty_shaft(rows: list[Results]) -> dict[str, str]:
+    zero = max(abs(row["found"] - max(0.0, row["formula"])) for row in rows)
+    return _row(
+        "fig. 3, P8",
+        "the shaft is empty inside a soft wall",
+        f"at the depth (1 - beta Kve/K), within {100 * zero:.1f} % of it on the ideal plant",
+        "holds" if zero <= 0.01 else "wrong",
+    )
 
 
 def _characterisation(slope: float) -> list[dict[str, str]]:
@@ -138,11 +157,6 @@ def _scenario_1(scenario: Results) -> list[dict[str, str]]:
         if row["law"] == "paper" and row["control_rate_hz"] == 1000.0 and row["delay_ticks"] == 0
     ]
     calm = [row["crossings"] for row in rows if row["stiffness_nm_per_rad"] <= limit]
-    near = [
-        row for row in rows if abs(row["stiffness_nm_per_rad"] / runs.SHAFT_NM_PER_RAD - 1) < 0.25
-    ]
-    bounces = max((row["crossings"] for row in near), default=0)
-    swings = any(row["oscillation_rad"] >= runs.AT_REST_RAD for row in near)
     few, limited = max(calm, default=math.inf) <= 8, 7.0 <= limit <= 15.0
     return [
         _row(
@@ -152,14 +166,7 @@ def _scenario_1(scenario: Results) -> list[dict[str, str]]:
             "then no rest",
             "holds" if few and limited else "partly" if few or limited else "wrong",
         ),
-        _row(
-            "scenario 1",
-            "another instability where Kve = K",
-            f"{bounces} bounces near K, and no rest"
-            if swings
-            else f"{bounces} bounces near K, like elsewhere: not seen here",
-            "holds" if swings else "not found",
-        ),
+        _instability_near_the_shaft(rows),
         _row(
             "scenario 1",
             "'with the brake turned off'",
@@ -168,6 +175,22 @@ def _scenario_1(scenario: Results) -> list[dict[str, str]]:
             "holds" if motor_limit >= 7.0 else "partly",
         ),
     ]
+
+
+def _instability_near_the_shaft(rows: list[Results]) -> dict[str, str]:
+    near = [
+        row for row in rows if abs(row["stiffness_nm_per_rad"] / runs.SHAFT_NM_PER_RAD - 1) < 0.25
+    ]
+    bounces = max((row["crossings"] for row in near), default=0)
+    swings = any(row["oscillation_rad"] >= runs.AT_REST_RAD for row in near)
+    return _row(
+        "scenario 1",
+        "another instability where Kve = K",
+        f"{bounces} bounces near K, and no rest"
+        if swings
+        else f"{bounces} bounces near K, like elsewhere: not seen here",
+        "holds" if swings else "not found",
+    )
 
 
 def _scenario_2(scenario: Results) -> list[dict[str, str]]:
