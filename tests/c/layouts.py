@@ -7,13 +7,17 @@ It knows C's rules of layout from ctypes and nothing of the field lists, the pri
 from __future__ import annotations
 
 import ctypes
+import difflib
 import hashlib
 import re
+import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-HEADERS = Path(__file__).parent.parent.parent / "sdk/c/include"
+TREE = Path(__file__).parents[2]
+HEADERS = "sdk/c/include"
 _SCALARS: dict[str, type[Any]] = {
     "bool": ctypes.c_bool,
     "double": ctypes.c_double,
@@ -65,10 +69,14 @@ def _structure(name: str, body: str, known: dict[str, Any]) -> type[ctypes.Struc
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
-def whole() -> str:
+def _now(name: str) -> str:
+    return (TREE / name).read_text(encoding="utf-8")
+
+
+def whole(read_file: Callable[[str], str] = _now) -> str:
     """Return the headers as one, without comments."""
     parts = ("torsio_base.h", "torsio_types.h", "torsio.h")
-    text = "\n".join((HEADERS / name).read_text(encoding="utf-8") for name in parts)
+    text = "\n".join(read_file(f"{HEADERS}/{name}") for name in parts)
     text = re.sub(r"/\*.*?\*/|//[^\n]*|#include \"[^\n]*", "", text, flags=re.S)
     return re.sub(r"\s*\n(\s*\n)*", "\n", text.lstrip())
 
@@ -76,6 +84,22 @@ def whole() -> str:
 def checksum() -> str:
     """Return a checksum of the headers, which comments and line breaks do not change."""
     return hashlib.sha256(" ".join(whole().split()).encode()).hexdigest()
+
+
+def changes() -> str:
+    """Return what is different since the checksum was committed, for git's clones."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(
+            ["git", *words], cwd=TREE, capture_output=True, text=True, check=False
+        ).stdout
+
+    revision = git("log", "-1", "--format=%H", "--", "tests/c/agreed.txt").strip()
+    old, new = (
+        re.split("(?<=[;,]) ", " ".join(text.split()))
+        for text in (whole(lambda name: git("show", f"{revision}:{name}")), whole())
+    )
+    return "\n".join(difflib.unified_diff(old, new, "agreed", "now", n=1))
 
 
 def read(text: str) -> Header:

@@ -59,7 +59,7 @@ def test_interface_is_the_one_that_was_agreed_on() -> None:
     assert layouts.checksum() == agreed, (
         "the C interface has changed. If linked programs would break, raise TORSIO_ABI_VERSION in "
         "torsio_base.h, unless it has grown since the last release. Then run "
-        "python -m tests.c.layouts > tests/c/agreed.txt"
+        f"python -m tests.c.layouts > tests/c/agreed.txt\n{layouts.changes()}"
     )
 
 
@@ -99,7 +99,14 @@ def test_compiler_lays_out_structures_as_the_second_reader_does(tmp_path: Path) 
             lines.append(f'printf("%zu\\n", offsetof({name}, {field}));')
             expected.append(getattr(structure, field).offset)
     (tmp_path / "sizes.c").write_text("\n".join([*lines, "}"]))
-    run("gcc", "-std=c11", f"-I{layouts.HEADERS}", tmp_path / "sizes.c", "-o", tmp_path / "sizes")
+    run(
+        "gcc",
+        "-std=c11",
+        f"-I{TREE / layouts.HEADERS}",
+        tmp_path / "sizes.c",
+        "-o",
+        tmp_path / "sizes",
+    )
     assert [int(word) for word in run(tmp_path / "sizes").split()] == expected
 
 
