@@ -51,16 +51,15 @@ export function nameOf(id: number): string | undefined {
   return BY_ID.get(id);
 }
 
+function putWide(view: DataView, at: number, type: "u64" | "i64", whole: bigint): void {
+  const fits = type === "u64" ? BigInt.asUintN(64, whole) : BigInt.asIntN(64, whole);
+  if (fits !== whole) throw new RangeError(`${whole} does not fit into ${type}`);
+  view.setBigUint64(at, BigInt.asUintN(64, whole), true);
+}
+
 function put(view: DataView, at: number, type: Scalar, value: Value | undefined): void {
   const number = value ?? 0;
-  if (type === "u64" || type === "i64") {
-    const whole = BigInt(number as number | bigint | string);
-    const fits = type === "u64" ? BigInt.asUintN(64, whole) : BigInt.asIntN(64, whole);
-    if (fits !== whole) throw new RangeError(`${whole} does not fit into ${type}`);
-    if (type === "u64") view.setBigUint64(at, whole, true);
-    else view.setBigInt64(at, whole, true);
-    return;
-  }
+  if (type === "u64" || type === "i64") return putWide(view, at, type, BigInt(number as number | bigint | string));
   const plain = Number(number);
   if (type === "f32") return view.setFloat32(at, plain, true);
   const bits = 8 * SIZES[type];

@@ -49,23 +49,19 @@ export function toWire(fields: readonly Field[], given: Given): Values {
   for (const field of fields) {
     if (!field.shown || field.wire === undefined) continue;
     const value = given[field.name] ?? field.default;
-    if (value === undefined) {
-      if (field.kind !== "group") throw new InvalidValue(`${field.name} is missing`);
-      wire[field.wire] = toWire(field.fields ?? [], {});
-    } else if (field.fields) {
-      wire[field.wire] = toWire(field.fields, value as Given);
-    } else if (field.kind === "angle") {
-      wire[field.wire] = turnsQ32(field.name, Number(value));
-    } else if (field.values) {
-      wire[field.wire] = typeof value === "boolean" ? Number(value) : (value as string);
-    } else {
-      if (field.kind === "whole" && !Number.isInteger(Number(value))) {
-        throw new InvalidValue(`${field.name} is ${value}, which is no whole number`);
-      }
-      wire[field.wire] = bounded(field, Number(value));
-    }
+    if (value === undefined && field.kind !== "group") throw new InvalidValue(`${field.name} is missing`);
+    wire[field.wire] = field.fields ? toWire(field.fields, (value ?? {}) as Given) : wireValue(field, value);
   }
   return wire;
+}
+
+function wireValue(field: Field, value: Given[string]): Values[string] {
+  if (field.kind === "angle") return turnsQ32(field.name, Number(value));
+  if (field.values) return typeof value === "boolean" ? Number(value) : (value as string);
+  if (field.kind === "whole" && !Number.isInteger(Number(value))) {
+    throw new InvalidValue(`${field.name} is ${value}, which is no whole number`);
+  }
+  return bounded(field, Number(value));
 }
 
 /** The double that a person would write for a float: 0.1 and not 0.10000000149. */

@@ -59,13 +59,27 @@ export class Games {
     for (const [block, { seen }] of this.#rows) {
       if (!monitor.effects || this.#looks - seen > TURNS) this.#rows.delete(block);
     }
-    const asked = Number(monitor.asked_percent);
     const now = { tick: Number(monitor.tick), clipped: Number(monitor.clipped_ticks), knob };
     const often = clippedShare(this.#last?.knob === knob ? this.#last : undefined, now);
     this.#last = now;
     const milli = (torque: Value | undefined): string => (1e3 * Number(torque) * knob.identity.torqueStepNm).toFixed(1);
+    byId("games-state").textContent = this.#words(monitor, often, milli).join(", ");
+    const cells = (values: readonly string[]): Node[] => values.map((value) => element("td", {}, value));
+    byId("game-effects").replaceChildren(
+      ...[...this.#rows].sort(([a], [b]) => a - b).map(([block, { effect }]) => {
+        const silent = Number(effect.silent_ms);
+        return element("tr", {}, ...cells([
+          String(block), String(effect.kind), String(effect.state), milli(effect.torque), String(effect.updates),
+          silent >= LONGEST_SILENCE_MS ? "over 65 s" : `${silent} ms`,
+        ]));
+      }),
+    );
+  }
+
+  #words(monitor: Values, often: number | undefined, milli: (torque: Value | undefined) => string): string[] {
     const said = Boolean(monitor.updates);
-    const words = !said && monitor.owner !== "game" ? ["no game has said anything since power-up"] : [
+    const asked = Number(monitor.asked_percent);
+    return !said && monitor.owner !== "game" ? ["no game has said anything since power-up"] : [
       whoHas(monitor.owner, said),
       ...(said ? [monitor.enabled === "on" ? "a game wants torque" : "no game wants torque"] : []),
       ...(monitor.paused === "on" ? ["paused"] : []),
@@ -79,16 +93,5 @@ export class Games {
         `gain × ${(Math.floor(1e4 / asked) / 100).toFixed(2)} fits them in`,
       ] : []),
     ];
-    byId("games-state").textContent = words.join(", ");
-    const cells = (values: readonly string[]): Node[] => values.map((value) => element("td", {}, value));
-    byId("game-effects").replaceChildren(
-      ...[...this.#rows].sort(([a], [b]) => a - b).map(([block, { effect }]) => {
-        const silent = Number(effect.silent_ms);
-        return element("tr", {}, ...cells([
-          String(block), String(effect.kind), String(effect.state), milli(effect.torque), String(effect.updates),
-          silent >= LONGEST_SILENCE_MS ? "over 65 s" : `${silent} ms`,
-        ]));
-      }),
-    );
   }
 }

@@ -26,6 +26,14 @@ const SAMPLE_BYTES = sizeOf(SAMPLE) / SAMPLE.count!;
 // More ticks at once than a knob can have missed: a report that is damaged, or a device that began anew.
 const LEAP_TICKS = 1e7;
 
+/** @throws MalformedReport */
+function sampleCount(report: Uint8Array, view: DataView): number {
+  if (report.length !== REPORT_SIZE) throw new MalformedReport("telemetry", "bad_length");
+  const count = view.getUint8(AT.axis_samples!) >> 4;
+  if (count >= 1 && count <= SAMPLE.count! && report[0] === TELEMETRY.id) return count;
+  throw new MalformedReport("telemetry", "out_of_range");
+}
+
 /** Makes rows (time in s, CHANNELS) of telemetry reports, and counts what is missing. */
 export class TelemetryDecoder {
   lost = 0;
@@ -53,10 +61,7 @@ export class TelemetryDecoder {
    */
   decode(report: Uint8Array, take: (row: Float64Array, tick: number, counts: number) => void): void {
     const view = new DataView(report.buffer, report.byteOffset, report.byteLength);
-    const count = report.length === REPORT_SIZE ? view.getUint8(AT.axis_samples!) >> 4 : 0;
-    if (count < 1 || count > SAMPLE.count! || report[0] !== TELEMETRY.id) {
-      throw new MalformedReport("telemetry", report.length === REPORT_SIZE ? "out_of_range" : "bad_length");
-    }
+    const count = sampleCount(report, view);
     const { controlPeriodNs, countsPerRev, torqueStepNm, speedStepRadS } = this.units;
     const tick = Number(view.getBigUint64(AT.tick!, true));
     const decimation = view.getUint8(AT.decimation!);
