@@ -225,14 +225,6 @@ def test_demo_follows_the_wall(demo: tuple[Path, dict[str, Any], str]) -> None:
     assert "tracking, way in" in output
 
 
-def test_demo_is_the_same_again_but_for_its_speed(
-    demo: tuple[Path, dict[str, Any], str], tmp_path: Path
-) -> None:
-    run("demo", "wall", "--out", str(tmp_path / "again"))
-    again = json.loads((tmp_path / "again" / "virtual_wall.json").read_text())
-    assert again | {"realtime_factor": 0} == demo[1] | {"realtime_factor": 0}
-
-
 def test_demo_json_to_standard_output_is_all_that_is_there(
     demo: tuple[Path, dict[str, Any], str], tmp_path: Path
 ) -> None:
@@ -255,11 +247,6 @@ def test_demo_that_is_not_as_it_should_be_has_status_1_and_writes_its_files(
     assert len(result.stderr.splitlines()) == 1
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["virtual_wall.json", "virtual_wall.png"]
-
-
-def test_missing_device_leaves_no_folder(tmp_path: Path) -> None:
-    run("demo", "wall", "--device", "TS-9999", status=1, cwd=tmp_path)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

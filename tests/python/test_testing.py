@@ -101,18 +101,6 @@ def test_hand_says_that_somebody_else_took_the_truth() -> None:
             hand.turn_to(0.2)
 
 
-def test_silence_lets_the_device_fail_passive_and_ends() -> None:
-    with open_knob() as knob:
-        knob.arm()
-        with testing.Faults(knob).silence():
-            knob.sleep(1.0)
-        knob.sleep(0.1)
-        assert knob.last_disarm is not None
-        assert knob.last_disarm.reason == "watchdog"
-        knob.arm()
-        assert knob.state == "armed"
-
-
 def test_what_an_outer_block_does_goes_on_when_an_inner_one_ends() -> None:
     with open_knob() as knob:
         faults = testing.Faults(knob)

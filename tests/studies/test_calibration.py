@@ -11,7 +11,6 @@ import pytest
 
 import torsio
 from tests.once import once
-from tests.studies.cluster import local_cluster, without_seconds
 from torsio import ShaftConfig
 from torsio.calibration import Refusal, calibrate, doubts
 from torsio.calibration.free import FREE_LIMIT_RAD_S
@@ -19,12 +18,10 @@ from torsio.calibration.quantity import Quantity
 from torsio.printed.plant import BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
-from torsio_studies.calibration.evaluation import evaluate_batch
 from torsio_studies.calibration.knobs import (
     QUANTITIES,
     RATE_HZ,
     WALL_NM_PER_RAD,
-    batches,
     emulated,
     hidden_knob,
     measure,
@@ -32,7 +29,6 @@ from torsio_studies.calibration.knobs import (
     wall_error,
 )
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
-from torsio_studies.design.spread import spread
 from torsio_studies.execution import execute
 from torsio_studies.paper.runs import push_options, run_push
 
@@ -282,19 +278,6 @@ def test_encoder_that_dies_is_named_and_the_knob_does_not_run_away(step: str) ->
         assert refused.value.reason == "runs_away"
         # No faster than the turns may be of a knob that is seen.
         assert np.abs(knob.emulator.truth()["speed_rad_s"]).max() < FREE_LIMIT_RAD_S
-
-
-@pytest.mark.slow
-def test_dask_cluster_of_two_workers_measures_the_same_knobs() -> None:
-    work = tuple(batches(2, 1))
-    with (
-        local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster,
-        spread(work, scheduler=cluster.scheduler_address, evaluate=evaluate_batch) as spreading,
-    ):
-        workers, results = spreading
-        done = {batch.designs: without_seconds(rows) for batch, rows in results}
-    assert workers == 2
-    assert done == {batch.designs: without_seconds(evaluate_batch(batch)) for batch in work}
 
 
 @pytest.mark.slow  # a study that trades does the same in every run

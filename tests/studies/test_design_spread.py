@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import math
 import socket
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -10,7 +12,6 @@ from typing import Any
 
 import pytest
 
-from tests.studies.cluster import local_cluster, without_seconds
 from torsio_studies.common import StudyError
 from torsio_studies.design import devices, spread
 from torsio_studies.design.devices import Batch, Design
@@ -26,6 +27,18 @@ FAST = tuple(
 )
 Numbers = dict[int, list[dict[str, float | None]]]
 BATCHES = tuple(Batch("sample", i, (one,)) for i, one in enumerate(FAST))
+
+
+def without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float | None]]:
+    """Leave out what is never the same, and give None for NaN, which equals nothing."""
+    return [
+        {
+            key: None if math.isnan(value) else value
+            for key, value in row.items()
+            if key != "seconds"
+        }
+        for row in rows
+    ]
 
 
 def _done(batches: tuple[Batch, ...], **where: Any) -> Numbers:
@@ -47,7 +60,10 @@ def test_two_processes_give_the_same_numbers(
 @pytest.fixture(scope="module")
 def two_workers() -> Iterator[str]:
     """Address of a scheduler on this machine, with two worker processes."""
-    with local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
+    distributed: Any = importlib.import_module("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0"
+    ) as cluster:
         yield cluster.scheduler_address
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import torsio
-from tests.studies.cluster import local_cluster
 from torsio_studies import common
 from torsio_studies.execution import execute
 
@@ -43,16 +42,3 @@ def test_study_trades_every_file_and_goes_on_where_it_was(tmp_path: Path) -> Non
     for file in files:
         first, second = (one["scenes"][file.name]["rows"][0] for one in (results, again))
         assert first == pytest.approx(second)
-
-
-@pytest.mark.slow
-def test_study_trades_on_a_cluster_as_on_this_machine(tmp_path: Path) -> None:
-    file = tmp_path / "wall.py"
-    file.write_text(SCENE.format(stiffness=1.0))
-    with local_cluster(n_workers=2, threads_per_worker=1) as cluster:
-        settings = {"files": [file], "scheduler": cluster.scheduler_address}
-        results = execute("trade", out=tmp_path, quick=True, settings=settings)
-    alone = torsio.trade(file, quick=True, stretch=False)
-    rows = {row["name"]: row for row in results["scenes"][file.name]["rows"]}
-    for row in alone.rows[:10]:
-        assert rows[row.name]["largest_nm"] == row.difference.largest_nm
