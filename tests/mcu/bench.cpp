@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <new>
 #include <string_view>
+#include <utility>
 
 #include "measure.hpp"
 #include "scenes.hpp"
@@ -74,9 +75,13 @@ int main() {
   });
   // Each of these ticks decides anew which effects play.
   run("walls, soft start", 1, [](Bench& bench) { write_walls(bench, 1); }, 1.0F);
-  run(
-      "walls, calibrated", 1, [](Bench& bench) { write_walls(bench, 1); }, 0,
-      protocol::Law::calibrated);
+  for (const auto& [name, law] :
+       {std::pair<std::string_view, protocol::Law>{"walls, calibrated", protocol::Law::calibrated},
+        {"walls, compensated", protocol::Law::compensated},
+        {"walls, parallel", protocol::Law::parallel},
+        {"walls, motor_only", protocol::Law::motor_only}}) {
+    run(name, 1, [](Bench& bench) { write_walls(bench, 1); }, 0, law);
+  }
   mcu::for_each_kind([]<class Report>(std::string_view name, const Report& report) {
     run(name, 1, [&report](Bench& bench) { bench.send(report); });
   });

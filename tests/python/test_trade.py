@@ -7,6 +7,7 @@ import math
 import re
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from firmware.protocol.definition import costs
 from torsio import perception, stability
 from torsio.apps.cli import app
 from torsio.closed_loop import LoopOptions, simulate
-from torsio.printed.config import ControlConfig
+from torsio.printed.config import ControlConfig, Law
 from torsio.trading import Trade
 from torsio.trading import extremes as stretching
 from torsio.trading.answers import board_shares, pasteable
@@ -234,10 +235,22 @@ def test_instructions_of_many_walls_are_as_they_were_counted() -> None:
         assert board.instructions == pytest.approx(
             costs.INSTRUCTIONS[board.board]["walls 16"], rel=0.1
         )
-    for board in board_shares(WALL, ControlConfig(law="calibrated")):
-        assert board.instructions == pytest.approx(
-            costs.INSTRUCTIONS[board.board]["walls, calibrated 1"], rel=0.03
-        )
+    for law in get_args(Law):
+        for board in board_shares(WALL, ControlConfig(law=law), 1e6):
+            scene = "walls 1" if law == "paper" else f"walls, {law} 1"
+            counted = costs.INSTRUCTIONS[board.board][scene]
+            assert board.instructions == pytest.approx(counted, rel=0.03)
+            assert board.share == board.time_ns / 1e6
+
+
+def test_rows_cost_what_their_law_and_rate_cost(walled: Trade) -> None:
+    reference, slow = walled.rows[0].boards, walled.row(rate_hz=1000).boards
+    assert [20.0 * one.share for one in slow] == pytest.approx([one.share for one in reference])
+    counted = costs.INSTRUCTIONS["pico"]
+    more = walled.row(law="calibrated").boards[1].instructions - reference[1].instructions
+    assert more == counted["walls, calibrated 1"] - counted["walls 1"]
+    told = f"a tick is {walled.row(law='parallel').boards[0].instructions:,} on `pico2`"
+    assert any("Law parallel changes" in one and told in one for one in lines(walled))
 
 
 def test_swings_begin_where_theory_says() -> None:

@@ -48,8 +48,8 @@ class BoardCost:
         Instructions of an armed tick with an empty scene.
     law
         That the law adds as soon as an effect plays.
-    calibrated
-        That the law "calibrated" adds to that.
+    laws
+        That each other law than "paper" adds to that.
     effects
         That each effect adds, by the name of its class.
     """
@@ -59,7 +59,7 @@ class BoardCost:
     instruction_ns: float
     empty: int
     law: int
-    calibrated: int
+    laws: dict[str, int]
     effects: dict[str, int]
 
 
@@ -300,16 +300,21 @@ def python_board_costs() -> str:
     for board, counted in costs.INSTRUCTIONS.items():
         empty, one, two = (counted[f"walls {count}"] for count in range(3))
         law = (one - empty) - (two - one)
-        extra = counted["walls, calibrated 1"] - one
+        laws = {of.name: counted[f"walls, {of.name} 1"] - one for of in e.LAW.values[1:]}
         each = {of.name: counted[f"{of.snake} 1"] - empty - law for of in effects.EFFECTS}
         time = costs.TIMES_NS[board]
         boards += (
             f'    "{board}": BoardCost(\n'
             f"        period_ns={time['period']},\n        empty_ns={time['empty']},\n"
             f"        instruction_ns={time['instruction']},\n        empty={empty},\n"
-            f"        law={law},\n        calibrated={extra},\n        effects={{{{\n"
-            + "".join(f'            "{name}": {count},\n' for name, count in each.items())
-            + "        }},\n    ),\n"
+            f"        law={law},\n"
+            + "".join(
+                f"        {table}={{{{\n"
+                + "".join(f'            "{name}": {count},\n' for name, count in rows.items())
+                + "        }},\n"
+                for table, rows in (("laws", laws), ("effects", each))
+            )
+            + "    ),\n"
         )
     body = _BOARD_COST + f"BOARDS: Final = {{{{\n{boards}}}}}\n"
     body += '"""By the name of the board\'s folder."""\n'

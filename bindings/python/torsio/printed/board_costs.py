@@ -30,8 +30,8 @@ class BoardCost:
         Instructions of an armed tick with an empty scene.
     law
         That the law adds as soon as an effect plays.
-    calibrated
-        That the law "calibrated" adds to that.
+    laws
+        That each other law than "paper" adds to that.
     effects
         That each effect adds, by the name of its class.
     """
@@ -41,7 +41,7 @@ class BoardCost:
     instruction_ns: float
     empty: int
     law: int
-    calibrated: int
+    laws: dict[str, int]
     effects: dict[str, int]
 
 
@@ -52,7 +52,12 @@ BOARDS: Final = {
         instruction_ns=12.2,
         empty=171,
         law=26,
-        calibrated=66,
+        laws={
+            "compensated": 2,
+            "parallel": 0,
+            "motor_only": -1,
+            "calibrated": 66,
+        },
         effects={
             "Wall": 37,
             "Spring": 52,
@@ -75,7 +80,12 @@ BOARDS: Final = {
         instruction_ns=7.2,
         empty=1836,
         law=515,
-        calibrated=1793,
+        laws={
+            "compensated": 60,
+            "parallel": 193,
+            "motor_only": -165,
+            "calibrated": 1793,
+        },
         effects={
             "Wall": 954,
             "Spring": 709,

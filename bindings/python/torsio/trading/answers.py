@@ -44,40 +44,6 @@ _CONFIGURATION_REPORTS: Final = 3
 _REPORT_BYTES: Final = 64
 
 
-@dataclass(frozen=True, repr=False)
-class Row(checks.ShortRepr):
-    """Changes of a variant, and their cost.
-
-    Attributes
-    ----------
-    difference
-        From all parts at the highest rate, the worst of the visits.
-    cpu_s
-        CPU time of one core for a second of the knob.
-    wire_bytes_per_s
-        Both ways, of the whole device; None: nothing is sent.
-    is_on_front
-        No variant that may be proposed is both cheaper and truer.
-    """
-
-    name: str
-    variant: Variant
-    difference: Difference
-    cpu_s: float
-    wire_bytes_per_s: float | None = None
-    is_on_front: bool = False
-
-    @property
-    def ns_per_tick(self) -> float:
-        """CPU time of a control tick."""
-        return 1e9 * self.cpu_s / self.variant.rate_hz
-
-    @property
-    def knobs_in_real_time(self) -> float:
-        """How many knobs one core simulates in real time."""
-        return 1.0 / self.cpu_s
-
-
 @dataclass(frozen=True)
 class BoardShare:
     """Cost of the scene's control tick on a board, from counted instructions.
@@ -96,6 +62,43 @@ class BoardShare:
     instructions: int
     time_ns: float
     share: float
+
+
+@dataclass(frozen=True, repr=False)
+class Row(checks.ShortRepr):
+    """Changes of a variant, and their cost.
+
+    Attributes
+    ----------
+    difference
+        From all parts at the highest rate, the worst of the visits.
+    cpu_s
+        CPU time of one core for a second of the knob.
+    boards
+        Cost of a tick on each board, if its period is that of `variant`.
+    wire_bytes_per_s
+        Both ways, of the whole device; None: nothing is sent.
+    is_on_front
+        No variant that may be proposed is both cheaper and truer.
+    """
+
+    name: str
+    variant: Variant
+    difference: Difference
+    cpu_s: float
+    boards: tuple[BoardShare, ...]
+    wire_bytes_per_s: float | None = None
+    is_on_front: bool = False
+
+    @property
+    def ns_per_tick(self) -> float:
+        """CPU time of a control tick."""
+        return 1e9 * self.cpu_s / self.variant.rate_hz
+
+    @property
+    def knobs_in_real_time(self) -> float:
+        """How many knobs one core simulates in real time."""
+        return 1.0 / self.cpu_s
 
 
 @dataclass(frozen=True, repr=False)
@@ -250,7 +253,9 @@ def trade_loop(
         harmless = _most_harmless(tried, found)
         tried += harmless
         found += runs.measure(harmless, CHOOSE)
-    rows = _with_front([Row(one.name, one, *of) for one, of in zip(tried, found, strict=True)])
+    rows = _with_front(
+        [_row(one.name, one, runs, *of) for one, of in zip(tried, found, strict=True)]
+    )
     failed: list[Row] = []
     for number, visits in enumerate(VERIFY):
         on_progress("verifying", number, len(VERIFY))
@@ -298,6 +303,19 @@ def _most_harmless(tried: list[Variant], found: list[tuple[Difference, float]]) 
     ]
 
 
+def _row(
+    name: str,
+    variant: Variant,
+    runs: Runs,
+    difference: Difference,
+    cpu_s: float,
+    wire_bytes_per_s: float | None = None,
+) -> Row:
+    control = variant.of(runs.options).control
+    boards = board_shares(runs.options.scene, control, 1e9 / variant.rate_hz)
+    return Row(name, variant, difference, cpu_s, boards, wire_bytes_per_s)
+
+
 def _with_front(rows: list[Row]) -> list[Row]:
     best, front = float("inf"), set[str]()
     may = (row for row in rows if row.variant.may_be_proposed)
@@ -323,7 +341,7 @@ def _choose(rows: list[Row], options: LoopOptions, wanted: float) -> Row:
 
 
 def _on_device(variant: Variant, runs: Runs, visit: Visit) -> Row:
-    return Row(f"whole device, {variant.name}", variant, *runs.on_device(variant, visit))
+    return _row(f"whole device, {variant.name}", variant, runs, *runs.on_device(variant, visit))
 
 
 def _batch_cpu_s(options: LoopOptions, knobs: int, duration_s: float) -> float:
@@ -344,19 +362,26 @@ def _in_batch(proposal: Row, runs: Runs) -> Row:
         rows[row] = knobs.states[0]
     difference = runs.difference(proposal.variant, visit, rows)
     cpu_s = _batch_cpu_s(options, _TOGETHER, 0.2)
-    return Row(f"torsio.batch, {proposal.name}", proposal.variant, difference, cpu_s)
+    return _row(f"torsio.batch, {proposal.name}", proposal.variant, runs, difference, cpu_s)
 
 
-def board_shares(scene: Scene | None, control: ControlConfig) -> tuple[BoardShare, ...]:
-    """Give what a tick costs on each board while every effect of the scene plays."""
+def board_shares(
+    scene: Scene | None, control: ControlConfig, period_ns: float | None = None
+) -> tuple[BoardShare, ...]:
+    """Give what a tick costs on each board while every effect of the scene plays.
+
+    Without a period the board's own one counts.
+    """
     effects = effects_of(scene)
     shares = []
     for board, cost in BOARDS.items():
         more = sum(cost.effects[type(effect).__name__] for effect in effects)
         more += cost.law if effects else 0
-        more += cost.calibrated if control.law == "calibrated" else 0
+        if effects or control.law == "calibrated":  # which works in free air too
+            more += cost.laws.get(control.law, 0)
         time_ns = cost.empty_ns + more * cost.instruction_ns
-        shares.append(BoardShare(board, cost.empty + more, time_ns, time_ns / cost.period_ns))
+        share = time_ns / (period_ns or cost.period_ns)
+        shares.append(BoardShare(board, cost.empty + more, time_ns, share))
     return tuple(shares)
 
 

@@ -27,7 +27,9 @@ def lines(found: Trade) -> Iterator[str]:
         yield f"{rate // 1000} kHz {_changes(row)} and {_saves(row, reference)}."
     for row in found.rows:
         if row.variant.counts_per_rev or row.variant.law:
-            yield f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}."
+            ticks = ", ".join(f"{of.instructions:,} on `{of.board}`" for of in row.boards)
+            more = f"; a tick is {ticks}" if row.variant.law else ""
+            yield f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}{more}."
         if row.variant.other_noise:
             most = row.difference.jnds > found.wanted_jnds
             so = "more than is wanted, so ask for more" if most else "less cannot be told"
@@ -154,6 +156,7 @@ def _row(row: Row) -> dict[str, Any]:
         "left_out": list(row.variant.left_out),
         "rate_hz": row.variant.rate_hz,
         **row.difference.as_dict(),
+        "boards": [asdict(one) for one in row.boards],
         "ns_per_tick": row.ns_per_tick,
         "knobs_in_real_time": row.knobs_in_real_time,
         "wire_bytes_per_s": row.wire_bytes_per_s,
