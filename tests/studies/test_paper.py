@@ -271,6 +271,7 @@ def test_wrong_belief_costs_what_no_law_can_know(results: dict[str, Any]) -> Non
     wrong = {row["belief"]: row for row in results["aims"]["wrong_beliefs"]}
     # A fifth of the half that the spring carries is a tenth of the peak; it grows along the way.
     assert 0.05 < wrong["spring_stiffness_nm_per_rad"]["tracking_out"] < 0.1
+    assert all(row["torque_gap_nm"] < 13e-3 for row in wrong.values())
     for belief in ("brake_time_constant_s", "brake_inertia_kg_m2", "brake_drag_nm"):
         assert 0.6e-2 < wrong[belief]["tracking_out"] < 3e-2
     assert wrong["knob_coulomb_nm"]["tracking_out"] < 0.6e-2
