@@ -27,7 +27,7 @@ from typing import Any
 
 from tests.mutation import mutate, reach
 from tests.mutation.anywhere import TREE, Change, choice_of, drawn
-from tests.mutation.lists import HERE, Mutant, put, with_choices
+from tests.mutation.lists import HERE, BadList, Mutant, put, with_choices
 
 ROOM = TREE / "build/mutants"
 COPY = ROOM / "copy"
@@ -171,7 +171,7 @@ def run(
     seconds = round(most_s)
     with LOG.with_name("mutants-tests.log").open("w") as log:
         process = subprocess.Popen(
-            [str(word) for word in command],
+            [*mutate.box(ROOM), *map(str, command)],
             cwd=COPY,
             env=environment,
             stdout=log,
@@ -361,10 +361,10 @@ def try_cpp(changes: Mapping[int, Change], program: Path) -> Iterator[tuple[int,
     """Try choices with the C++ tests; yield what became of each, and by what."""
     if not changes:
         return
-    cpp = mutate.Campaign(program)
+    cpp = mutate.Campaign(program, inside=mutate.box(ROOM))
     for name in cpp.look_round():
         print(f"fails anyway: {name}", flush=True)
-    runner = mutate.Runner(program)
+    runner = mutate.Runner(program, cpp.inside)
     for number, change in changes.items():
         mutant = Mutant(number, change.file, change.before, change.after, str(change))
         if red := cpp.attack(runner, mutant)[1]:
@@ -431,6 +431,9 @@ def main(arguments: Sequence[str]) -> int:
     changes = list({change.key: change for change in many}.values())[: options.random]
     try:
         campaign(changes, options.seed, options.tinyusb)
+    except BadList as error:
+        print(f"mutate: {error}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("ended; the same command goes on", flush=True)
     lines = summary(list(results_of(options.seed).values()))

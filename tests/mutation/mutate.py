@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -110,6 +111,27 @@ def build(
 # --- running -------------------------------------------------------------------------------------
 
 
+def box(room: Path) -> tuple[str, ...]:
+    """Return what stands before a command with a mutant: it can change one folder of this machine.
+
+    Raises
+    ------
+    BadList
+        If this machine has no such box.
+    """
+    found = shutil.which("bwrap")
+    if found is None:
+        raise BadList("mutants run in a box, and bwrap is missing: install bubblewrap")
+    words = [found, "--ro-bind", "/", "/", "--dev", "/dev", "--proc", "/proc", "--tmpfs", "/tmp"]
+    for option, path in (("--ro-bind", TREE), ("--bind", room)):
+        words += [option, str(path), str(path)]
+    words += ["--unshare-all", "--die-with-parent"]
+    tried = subprocess.run([*words, "true"], capture_output=True, check=False, text=True)
+    if tried.returncode:
+        raise BadList(f"mutants run in a box, and this machine allows none: {tried.stderr.strip()}")
+    return tuple(words)
+
+
 @dataclass(frozen=True)
 class Outcome:
     """The result of one test case with one mutant."""
@@ -122,9 +144,13 @@ class Outcome:
 class Runner:
     """A process that runs test cases; see ``runner.cpp``."""
 
-    def __init__(self, program: Path) -> None:
+    def __init__(self, program: Path, inside: Sequence[str]) -> None:
         self._process = subprocess.Popen(
-            [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=program.parent
+            [*inside, program],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=program.parent,
         )
 
     def run(self, case: str, mutant: int = 0, limit_s: float = 120.0) -> Outcome:
@@ -148,6 +174,10 @@ def cases(program: Path) -> list[str]:
     return sorted(set(found) - {"", *LEFT_OUT})
 
 
+Work = TypeVar("Work")
+Done = TypeVar("Done")
+
+
 @dataclass
 class Campaign:
     """A run over mutants.
@@ -158,12 +188,15 @@ class Campaign:
         By the key of a mutant, the test that kills it.
     survivors
         Those that no test has killed.
+    inside
+        The box in which tests run; see :func:`box`.
     """
 
     program: Path
     killers: dict[str, str] = field(default_factory=dict)
     survivors: list[Mutant] = field(default_factory=list)
     reach: dict[str, Outcome] = field(default_factory=dict)
+    inside: Sequence[str] = ()
 
     def look_round(self) -> list[str]:
         """Run every test once as it is, to see what it reaches and how long it takes.
@@ -176,7 +209,7 @@ class Campaign:
         def one(runner: Runner, name: str) -> tuple[str, Outcome]:
             return name, runner.run(name)
 
-        for name, outcome in _in_parallel(self.program, names, one):
+        for name, outcome in self._in_parallel(names, one):
             if os.environ.get("TORSIO_MUTATE_VERBOSE"):
                 print(f"{outcome.took_s:8.2f} s  {name}", flush=True)
             if outcome.result == "passed":
@@ -201,37 +234,32 @@ class Campaign:
 
     def run(self, mutants: Sequence[Mutant]) -> None:
         """Try to kill mutants, the known killers first."""
-        for mutant, killer in _in_parallel(self.program, mutants, self.attack):
+        for mutant, killer in self._in_parallel(mutants, self.attack):
             self.killers.pop(mutant.key, None)
             if killer:
                 self.killers[mutant.key] = killer
             else:
                 self.survivors.append(mutant)
 
+    def _in_parallel(
+        self, work: Sequence[Work], function: Callable[[Runner, Work], Done]
+    ) -> list[Done]:
+        """Hand each piece of work to one of as many runners as there are processors."""
+        runners = [Runner(self.program, self.inside) for _ in range(os.cpu_count() or 1)]
+        free = list(runners)
 
-Work = TypeVar("Work")
-Done = TypeVar("Done")
+        def one(piece: Work) -> Done:
+            runner = free.pop()
+            try:
+                return function(runner, piece)
+            finally:
+                free.append(runner)
 
-
-def _in_parallel(
-    program: Path, work: Sequence[Work], function: Callable[[Runner, Work], Done]
-) -> list[Done]:
-    """Hand each piece of work to one of as many runners as there are processors."""
-    runners = [Runner(program) for _ in range(os.cpu_count() or 1)]
-    free = list(runners)
-
-    def one(piece: Work) -> Done:
-        runner = free.pop()
-        try:
-            return function(runner, piece)
-        finally:
-            free.append(runner)
-
-    with ThreadPoolExecutor(len(runners)) as pool:
-        results = list(pool.map(one, work))
-    for runner in runners:
-        runner.close()
-    return results
+        with ThreadPoolExecutor(len(runners)) as pool:
+            results = list(pool.map(one, work))
+        for runner in runners:
+            runner.close()
+        return results
 
 
 def read_killers() -> dict[str, str]:
@@ -287,7 +315,7 @@ def main(arguments: Sequence[str]) -> int:
         tinyusb = f"-DTORSIO_TINYUSB_PATH={options.tinyusb}"
         program = build(BUILD, mutated, count, log, tinyusb, target=PROGRAM) / PROGRAM
         print(f"{len(mutants)} mutants built after {time.monotonic() - begin_s:.0f} s", flush=True)
-        campaign = Campaign(program, {} if options.all else read_killers())
+        campaign = Campaign(program, {} if options.all else read_killers(), inside=box(BUILD))
         if sick := campaign.look_round():
             raise BadList(f"the test '{sick[0]}' fails without any mutant")
         print(f"{len(campaign.reach)} tests know what they reach", flush=True)

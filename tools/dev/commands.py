@@ -258,7 +258,7 @@ def mutate(arguments: Sequence[str]) -> int:
     """Run mutants; see ``tests/mutation/mutate.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up("tests")
+        environment.set_up("tests", "mutants")
         tinyusb = sources.require() and sources.tinyusb
         if any(word.startswith("--random") for word in arguments):
             page = building.begin_studio()

@@ -64,6 +64,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             # A user who unpacked the tree from an archive may have none.
             ("git", _program("git")),
         ),
+        "mutants": (("bubblewrap", _program("bwrap")),),
         # The boards' firmware, and the processors that it is tested on.
         "firmware": (
             ("gcc-arm-none-eabi", _program("arm-none-eabi-g++")),
