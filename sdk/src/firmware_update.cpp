@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -38,6 +39,7 @@ constexpr double kPatienceS = 4.0;
 constexpr double kLongestTimeoutS = 86400.0;
 constexpr std::size_t kChunkBytes = 65536;
 constexpr const char* kInfo = "INFO_UF2.TXT";
+constexpr std::streamsize kMostInfoBytes = 4096;
 
 /// The drive that a board shows while it waits for firmware.
 struct Drive {
@@ -50,9 +52,14 @@ std::string board_id_of(std::string_view chip) { return chip == "rp2040" ? "RPI-
 
 /// The drive that is mounted in a folder, if it is a boot loader's.
 std::optional<Drive> drive_in(const fs::path& folder) {
-  std::ifstream file(folder / kInfo);
+  std::error_code unknown;
+  // Any drive may have a file of this name, also a pipe that nobody writes or one without an end.
+  if (!fs::is_regular_file(folder / kInfo, unknown)) return std::nullopt;
+  std::string text(kMostInfoBytes, '\0');
+  std::ifstream(folder / kInfo).read(text.data(), kMostInfoBytes);
+  std::istringstream lines(text);
   constexpr std::string_view key = "Board-ID:";
-  for (std::string line; std::getline(file, line);) {
+  for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with(key)) continue;
     const std::size_t begin = line.find_first_not_of(" \t", key.size());
     if (begin == std::string::npos) continue;

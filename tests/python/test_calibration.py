@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import time
@@ -12,12 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
 from torsio.apps.cli import app
-from torsio.apps.commands.calibrate import words_of
+from torsio.apps.commands.calibrate import save, words_of
 from torsio.apps.doctor.examination import missing
 from torsio.calibration import brake, numeric, report, steps
 from torsio.calibration.proposal import certain_assist_nm
@@ -333,6 +335,17 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
     assert calibration.drifts(back, found[0]) == []
     back["quantities"]["coulomb_nm"]["value"] *= 1.3
     assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
+
+
+def test_findings_on_an_emulated_knob_are_said_to_end_with_the_command(
+    found: Any, data_folder: Path
+) -> None:
+    out = Console(file=io.StringIO(), width=200)
+    with torsio.open("emulated") as knob:
+        save(knob, found[0], out)
+    assert (
+        f"until this command ends, and all that was found in {data_folder}" in out.file.getvalue()
+    )
 
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:

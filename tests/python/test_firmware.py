@@ -442,6 +442,27 @@ def test_what_cannot_be_is_refused_before_anything_happens(
     assert board.started == []
 
 
+@pytest.mark.parametrize("what", ["a pipe", "an endless file", "a folder", "a huge file"])
+def test_drive_with_such_a_file_that_no_boot_loader_has_is_passed_over(
+    what: str, board: StandIn, file: Path
+) -> None:
+    board.mounts = False
+    board.appear()
+    board.mount.mkdir(parents=True)
+    info = board.mount / "INFO_UF2.TXT"
+    if what == "a pipe":
+        os.mkfifo(info)
+    elif what == "an endless file":
+        info.symlink_to("/dev/zero")
+    elif what == "a folder":
+        info.mkdir()
+    else:
+        info.write_text("\n" * 5000 + f"Board-ID: {board.board_id}\n")
+    (board.root / "proc/mounts").write_text("/dev/sda1 /media/me/my\\040knob vfat rw 0 0\n")
+    with pytest.raises(torsio.Timeout, match="mount"):
+        do(board, file, timeout_s=0.3)
+
+
 def test_second_board_in_its_boot_loader_is_not_guessed_about(board: StandIn, file: Path) -> None:
     board.appear()
     with pytest.raises(torsio.Error, match="another board waits"):

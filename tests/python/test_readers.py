@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import socket
 import subprocess
@@ -178,6 +179,11 @@ def places(path: Path) -> Iterator[str]:
     with socket.socket(socket.AF_UNIX) as one:
         one.bind(str(path))
         yield "a socket"
+    path.unlink()
+    os.mkfifo(path)
+    with subprocess.Popen(["sh", "-c", 'exec cat /dev/zero > "$0"', path]) as feeder:
+        yield "an endless pipe"
+        feeder.kill()
     path.unlink()
 
 
