@@ -37,11 +37,14 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "periods_per_rev": (1.0, 1000.0),
     "cogging_nm": (1e-6, 0.1),
     "rate_hz": (100.0, 40_000.0),
-    "push_nm": (1e-6, 100.0),
+    "push": (1.1, 100.0),
     "motor_nm": (1e-6, 0.085),
     "brake_nm": (1e-6, 0.1),
 }
-"""Bounds of the optimiser's variables, which move evenly in the logarithm."""
+"""Bounds of the optimiser's variables, which move evenly in the logarithm.
+
+`push` is the hand's largest torque over the knob's friction: less would not move it.
+"""
 _TICKS: Final = 20
 _PIECES: Final = 4000  # of time to look at: a try takes a second at most
 _POPULATION: Final = 10
@@ -73,7 +76,8 @@ def extreme_case(number: int, point: npt.ArrayLike) -> Case:
     period_ns = round(1e9 / value["rate_hz"])
     # The emulator counts whole nanoseconds.
     times = 1e-9 * np.sort(random.integers(0, _TICKS * period_ns, 5))
-    pulls = value["push_nm"] * random.uniform(-1.0, 1.0, 5)
+    pulls = random.uniform(-1.0, 1.0, 5)
+    pulls *= value["push"] * value["knob_coulomb_nm"] / np.abs(pulls).max()
     held = np.arange(_TICKS) // 7
     motor = value["motor_nm"] * random.uniform(-1.0, 1.0, _TICKS)[held]
     brake = value["brake_nm"] * random.uniform(0.0, 1.0, _TICKS)[held]
@@ -92,17 +96,19 @@ def search(number: int, tries: int) -> dict[str, Any]:
         {"bounds": [0, 1], "popsize": _POPULATION, "seed": number + 1, "verbose": -9},
     )  # fmt: skip
     worst: dict[str, Any] = {"name": f"extreme {number}", "decided": False, "error": 0.0}
-    undecided = 0
+    count = dict.fromkeys(("undecided", "cut"), 0)
     for _ in range(0, tries, _POPULATION):
         points = strategy.ask()
         rows = [evaluate(extreme_case(number, point), _PIECES)[0] for point in points]
-        costs = []
-        for row, point in zip(rows, points, strict=True):
-            # The emulator rounds to a share of a turn, however small the motion.
-            error = row["error"] * min(row["range_rad"], 1.0) if row["decided"] else 0.0
-            costs.append(-math.log10(error + 1e-18))
+        # The emulator rounds to a share of a turn, however small the motion.
+        errors = [row.get("error", math.nan) * min(row.get("range_rad", 1.0), 1.0) for row in rows]
+        for row, error, point in zip(rows, errors, points, strict=True):
+            count["undecided"] += not row["decided"]
+            count["cut"] += row["decided"] and row["periods"] < _TICKS
             if error > worst["error"]:
                 worst = {**row, "error": error, "point": point.tolist()}
-        undecided += sum(not row["decided"] for row in rows)
-        strategy.tell(points, costs)
-    return {**worst, "undecided": undecided, "tries": tries}
+        # What takes too long is neither sought nor fled from.
+        found = [error for error in errors if not math.isnan(error)] or [0.0]
+        costs = -np.log10(np.nan_to_num(errors, nan=float(np.median(found))) + 1e-18)
+        strategy.tell(points, costs.tolist())
+    return {**worst, **count, "tries": tries}
