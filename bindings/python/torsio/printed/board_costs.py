@@ -71,7 +71,7 @@ BOARDS: Final = {
             "EndStops": 38,
             "Texture": 78,
             "Curve": 36,
-            "Impact": 278,
+            "Impact": 247,
         },
     ),
     "pico": BoardCost(
@@ -99,7 +99,7 @@ BOARDS: Final = {
             "EndStops": 391,
             "Texture": 1554,
             "Curve": 326,
-            "Impact": 1613,
+            "Impact": 1542,
         },
     ),
 }
