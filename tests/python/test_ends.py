@@ -6,6 +6,9 @@ import gc
 import signal
 import subprocess
 import sys
+import threading
+import time
+import warnings
 import weakref
 from contextlib import suppress
 
@@ -199,6 +202,29 @@ def test_recording_without_its_torque_says_so() -> None:
         with pytest.raises(torsio.Refused) as refused:
             knob.stream_local_model(torque_nm=0.01)
         assert refused.value.reason == "deadline_missed"
+
+
+def test_recording_that_ends_armed_says_that_it_began_without_torque() -> None:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
+
+        def arm_later(before: int) -> None:
+            while knob.statistics().samples_received < before + 50:
+                time.sleep(0.001)
+            knob.arm()
+
+        # On a busy machine the other thread may be too quick or too slow.
+        for _ in range(10):
+            knob.disarm()
+            later = threading.Thread(target=arm_later, args=[knob.statistics().samples_received])
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                later.start()
+                knob.record(0.5)
+                later.join()
+            if caught:
+                break
+        assert [warning.category for warning in caught] == [torsio.DisarmedWarning]
+        assert "begins without torque" in str(caught[0].message)
 
 
 def test_events_and_callback_tell_the_same() -> None:

@@ -105,6 +105,12 @@ def test_what_the_function_raises_is_told_and_time_goes_on_without_a_torque() ->
         assert knob.emulator.truth()["hand_torque_nm"][-1] == 0.01
 
 
+def test_an_answer_that_is_no_number_is_refused() -> None:
+    hand = torsio.FeedbackHand(torque_nm=lambda *_: "strong")  # type: ignore[arg-type]
+    with pytest.raises(torsio.Error, match="the hand's function raised TypeError"):
+        open_knob(hand)
+
+
 def test_only_a_function_is_taken() -> None:
     with pytest.raises(TypeError, match=r"torque_nm must be a function, is 0\.1"):
         torsio.FeedbackHand(torque_nm=0.1)  # type: ignore[arg-type]

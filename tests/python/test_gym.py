@@ -5,9 +5,12 @@ from __future__ import annotations
 import copy
 import pickle
 import re
+import runpy
 import subprocess
+import sys
 import warnings
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import gymnasium
@@ -295,6 +298,46 @@ def test_video_of_an_episode_is_recorded_by_gymnasiums_own_wrapper() -> None:
     with pytest.raises(torsio.InvalidArgument, match="allowed are None and 'rgb_array'"):
         KnobVectorEnv(RenderWall(), 2, render_mode="human")
     assert KnobVectorEnv(RenderWall(), 2).render() is None
+
+
+class _VecEnv:
+    """Stands for the base class of Stable-Baselines3, whose package brings PyTorch."""
+
+    def __init__(self, num_envs: int, observation_space: Any, action_space: Any) -> None:
+        self.num_envs, self._seeds = num_envs, [7] * num_envs
+        self.render_mode = self.get_attr("render_mode")[0]  # type: ignore[attr-defined]
+
+    def _reset_seeds(self) -> None:
+        self._seeds = [None] * self.num_envs  # type: ignore[list-item]
+
+    def _get_indices(self, indices: Any) -> Any:
+        return range(self.num_envs) if indices is None else indices
+
+
+def test_knobs_for_stable_baselines_begin_anew_in_the_step_that_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("stable_baselines3", "stable_baselines3.common"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    stand_in = SimpleNamespace(VecEnv=_VecEnv)
+    monkeypatch.setitem(sys.modules, "stable_baselines3.common.vec_env", stand_in)
+    adapter = runpy.run_path(str(TREE / "examples/learning/learn_with_sb3.py"))["SB3Knobs"]
+    knobs = adapter(KnobVectorEnv(FindDetent(), 3, render_mode="rgb_array"))
+    twin = KnobVectorEnv(FindDetent(), 3)
+    first, _ = twin.reset(seed=7)
+    assert np.array_equal(knobs.reset(), first)
+    push = np.full((3, 1), 0.4, np.float32)
+    for step in range(twin.task.steps):
+        knobs.step_async(push)
+        seen, reward, over, infos = knobs.step_wait()
+        last, earned, *_ = twin.step(push)
+        assert reward == pytest.approx(earned)
+        assert over.all() == over.any() == (step == twin.task.steps - 1)
+    assert np.array_equal(seen, first)
+    assert np.array_equal([info["terminal_observation"] for info in infos], last)
+    assert infos[0]["TimeLimit.truncated"]
+    assert [image.shape for image in knobs.get_images()] == 3 * [(300, 240, 3)]
+    assert knobs.env_is_wrapped(object, [0]) == [False]
 
 
 @pytest.mark.slow

@@ -136,9 +136,11 @@ def test_profiles_may_be_arrays_and_numbers() -> None:
     assert TorqueHand(torque_nm=0.1).torque_nm == ((0.0, 0.1),)
 
 
-def test_errors_keep_their_attributes_when_pickled() -> None:
+def test_errors_keep_their_attributes_when_pickled_and_are_of_pythons_kinds() -> None:
     error = pickle.loads(pickle.dumps(torsio.Refused("no", "stale", "wall", "slot")))
     assert (str(error), error.status, error.report, error.field) == ("no", "stale", "wall", "slot")
+    assert issubclass(torsio.Timeout, TimeoutError)
+    assert issubclass(torsio.Disconnected, ConnectionError)
 
 
 def test_documented_dtypes_are_those_of_the_extension() -> None:

@@ -154,6 +154,36 @@ def test_store_gives_back_what_was_written(tmp_path: Path) -> None:
     assert {name: float(values[0]) for name, values in table.items()} == ROW
 
 
+def test_a_flipped_bit_never_gives_other_numbers(tmp_path: Path) -> None:
+    designs = devices.sample_design(0), devices.sample_design(1), devices.sample_design(2)
+    batch = Batch("sample", 0, designs)
+    rows = [
+        asdict(one) | {name: one.beta + i for i, name in enumerate(devices.columns()[7:])}
+        for one in designs
+    ]
+    store = Store(tmp_path, KEY)
+    store.write(batch, rows)
+    path = store.path(batch)
+    data, numbers = path.read_bytes(), store.read([batch])["sample"]
+    refused, wrong = 0, []
+    for bit in range(0, 8 * len(data), 251):  # no multiple of 8: every bit of a byte has its turn
+        flipped = bytearray(data)
+        flipped[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(bytes(flipped))
+        try:
+            found = Store(tmp_path, KEY).read([batch])["sample"]
+        except StudyError:
+            refused += 1
+            continue
+        same = list(found) == list(numbers) and all(
+            np.array_equal(found[name], values) for name, values in numbers.items()
+        )
+        if not same:
+            wrong.append(bit)
+    assert wrong == []
+    assert refused > 100
+
+
 def test_results_of_other_settings_are_refused_and_left_alone(tmp_path: Path) -> None:
     store = Store(tmp_path, KEY)
     store.write(BATCHES[0], [ROW])

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from torsio import closed_loop
+from torsio import closed_loop, protocol
 from torsio.printed import config, hands, scenes
 from torsio_studies.execution import execute
 from torsio_studies.extremes import dynamics, not_finite
@@ -98,3 +98,25 @@ def test_every_class_with_quantities_is_offered_what_is_not_finite() -> None:
     }
     assert {scenes.Ramp, scenes.Timing, hands.ImpedanceHand, config.BoardConfig} <= wanted
     assert wanted <= offered, {one.__name__ for one in wanted - offered}
+
+
+def test_a_value_that_is_let_in_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not_finite.accepted_in_python()[1] == 0
+
+    def lenient(_: Any, *, motor_command_nm: float = 0.0, brake_command_nm: float = 0.0) -> None:
+        pass
+
+    monkeypatch.setattr(closed_loop.ClosedLoop, "hold_command", lenient)
+    assert not_finite.accepted_in_python()[1] == 3 * 2
+
+
+def test_bytes_that_the_device_lets_in_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    good = list(not_finite.spoiled_reports())
+    assert not_finite.accepted_as_bytes() == (len(good), 0)
+    spring = protocol.encode("damper", {"damping_nm_s_per_rad": 1e-3})
+    monkeypatch.setattr(not_finite, "spoiled_reports", lambda: [*good, ("output", spring)])
+    assert not_finite.accepted_as_bytes() == (len(good) + 1, 1)
+    # A report that changes the torque spoils all.
+    stop = protocol.encode("command", {"op": "stop"})
+    monkeypatch.setattr(not_finite, "spoiled_reports", lambda: [*good[:50], ("output", stop)])
+    assert not_finite.accepted_as_bytes() == (51, 51)

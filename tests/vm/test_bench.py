@@ -11,6 +11,22 @@ import pytest
 from tests.vm import guests, initramfs, kernel_log
 
 
+def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise() -> None:
+    log = f"""\
+<4>[    0.1] ACPI: no such table
+<12>[    0.9] {kernel_log.MARK}
+<6>[    1.0] usb 1-1: new full-speed USB device number 2 using vhci_hcd
+<3>[    2.0] usb 1-1: device descriptor read/64, error -71
+<4>[    2.1] hid-generic 0003:046D:C24F.0001: control queue full
+<6>[    3.0] Call Trace:
+"""
+    assert kernel_log.complaints(log) == [
+        "usb 1-1: device descriptor read/64, error -71",
+        "hid-generic 0003:046D:C24F.0001: control queue full",
+        "Call Trace:",
+    ]
+
+
 def test_kernel_log_may_speak_of_what_a_test_provokes_only_where_its_mark_says_so() -> None:
     log = """\
 <3>[    1.0] usb 1-1: enqueue for inactive port 0
