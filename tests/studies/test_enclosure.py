@@ -13,8 +13,9 @@ from flint import arb
 
 import torsio
 from torsio.printed.hands import TorqueHand
+from torsio.printed.plant import Cogging, PlantParams
 from torsio_studies.enclosure.balls import DIGITS, enclose
-from torsio_studies.enclosure.cases import electric_case, emulate, random_case
+from torsio_studies.enclosure.cases import Case, electric_case, emulate, random_case
 from torsio_studies.enclosure.evaluation import evaluate
 from torsio_studies.enclosure.search import SPACE, extreme_case, search
 from torsio_studies.enclosure.study import evaluate_once, scenes
@@ -151,6 +152,24 @@ def test_search_at_the_extremes_finds_no_error_beyond_rounding_and_repeats() -> 
     assert worst == search(5, 10)
     (row,) = evaluate(extreme_case(5, worst["point"]), 4000)
     assert row["error"] * min(1.0, row["range_rad"]) == worst["error"]
+
+
+@pytest.mark.parametrize(("push_nm", "most_rad"), [(2e-6, 1e-17), (-2e-6, 1e-12)])
+def test_hill_of_cogging_magnifies_what_rounding_there_is(push_nm: float, most_rad: float) -> None:
+    """Found by the search. Below zero an angle is rounded to a share of the turn that it ends."""
+    hill_nm = 5e-4 * np.sin(2.0 * np.pi * np.arange(16) / 16)
+    plant = PlantParams(
+        knob_inertia_kg_m2=1e-5,
+        knob_coulomb_nm=1e-6,
+        brake_inertia_kg_m2=1.0,
+        shaft_stiffness_nm_per_rad=1e-3,
+        cogging=Cogging(periods_per_rev=800, torque_nm=hill_nm.tolist()),
+    )
+    hand = TorqueHand(torque_nm=[(0.0, push_nm), (1.0, push_nm)])
+    at_rest = (0.0,) * 20
+    (row,) = evaluate(Case("hill", plant, hand, at_rest, at_rest, period_ns=1_700_000))
+    assert row["decided"]
+    assert 1e-3 * most_rad < row["error"] * row["range_rad"] < most_rad
 
 
 def test_a_case_is_evaluated_once_until_the_emulator_moves_otherwise(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ def run(study: Study) -> Results:
         for (_, case), (row,) in results:
             found[case.name] = row
             report(len(found))
-    tries = int(study.settings.get("tries") or (10 if study.quick else 200))
+    tries = int(study.settings.get("tries") or (10 if study.quick else 100))
     numbers = [0, 15] if study.quick else range(2 ** len(PARTS))
     report = study.counter("searches", len(numbers))
     extremes: list[dict[str, Any]] = []
