@@ -25,6 +25,16 @@ def _wall(pico: EmulatedPico, side: str = "above", beta: float = 0.5) -> None:
     pico.run(6)
 
 
+def test_no_torque_before_arming(pico: EmulatedPico) -> None:
+    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 2.0}
+    pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)
+    pico.send("commit", active=1)
+    pico.turn(200)
+    pico.run(5)
+    assert pico.motor() is None
+    assert pico.brake() is None
+
+
 def test_default_lag_of_the_motor_is_that_of_the_boards_own_current_loop(
     lasting_pico: EmulatedPico,
 ) -> None:

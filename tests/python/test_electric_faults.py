@@ -81,6 +81,33 @@ BREAKS: dict[str, tuple[Callable[[Emulator], None], str, float]] = {
 }
 
 
+@pytest.mark.parametrize("supply_v", [0.0, 6.0, 16.0, 24.0])
+def test_supply_that_is_measured_cuts_the_power_within_two_milliseconds_of_being_wrong(
+    board: str, supply_v: float
+) -> None:
+    with opened(board, config=WATCHING) as knob:
+        push(knob)
+        knob.emulator.set_supply(supply_v)
+        time_s, faults = fault_after(knob)
+        assert faults == ("supply",)
+        # The winding's current empties the supply's capacitor to three quarters first.
+        lasts_s = 0.5 * 2.2e-3 * (12.0**2 - 9.0**2) / (2.5 * 1.7**2) if supply_v < 12.0 else 0.0
+        assert 0.9 * lasts_s + 1e-3 <= time_s < 1.1 * lasts_s + 2e-3
+        with pytest.raises(torsio.Refused, match="fault_persists"):
+            knob.clear_fault()
+        knob.emulator.set_supply(12.0)
+        # Bridges and board take 5 mA at rest. It empties the capacitor to a believable voltage.
+        falls_s = max(supply_v - 15.0, 0.0) * 2.2e-3 / 5e-3
+        if falls_s > 0.0:
+            knob.sleep(0.8 * falls_s)
+            with pytest.raises(torsio.Refused, match="fault_persists"):
+                knob.clear_fault()
+        knob.sleep(0.4 * falls_s + 0.2)
+        assert knob.faults() == ("supply",)
+        knob.clear_fault()
+        push(knob)
+
+
 @pytest.mark.parametrize("case", BREAKS)
 def test_part_that_breaks_while_the_motor_pushes_cuts_the_power(board: str, case: str) -> None:
     break_it, fault, within_s = BREAKS[case]
