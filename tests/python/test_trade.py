@@ -261,7 +261,8 @@ def test_swings_begin_where_theory_says() -> None:
         stable = knob.stable_stiffness().stiffness_nm_per_rad
     scene = torsio.Spring(stiffness_nm_per_rad=0.5 * stable)
     options = options_of(scene, {"plant": plant, "control": MOTOR_ONLY})
-    found = stretching._stretch("stiffness", options, Variant(rate_hz=1000), 0.5, 0)
+    first = stretching._at("stiffness", 1, options, Variant(rate_hz=1000), 0)
+    found = stretching._stretch("stiffness", options, Variant(rate_hz=1000), 0.5, 0, first)
     # Cases that the device calls stable are; where it swings, `torsio stability` says so too.
     assert found.swings_at is not None
     assert found.swings_at > 2
@@ -280,6 +281,15 @@ def test_search_finds_a_start_that_swings_where_plain_throws_come_to_rest() -> N
     assert stretching._swings(options, stretching.GENERATIONS)
     soft = replace(options, scene=replace(scene, stiffness_nm_per_rad=1.0))
     assert not stretching._swings(soft, stretching.GENERATIONS)
+
+
+def test_scene_breaks_nothing_unstretched_and_has_no_stiffness_where_there_is_none() -> None:
+    # The motor saturates as it is, at every rate.
+    options = options_of(torsio.Constant(torque_nm=5.0), {"plant": torsio.PlantParams()})
+    found = stretching.extremes(options, Variant(rate_hz=1000), 10.0, quick=True)
+    of = {one.quantity: one for one in found}
+    assert of.keys() == stretching._LADDERS.keys() - {"stiffness"}
+    assert "motor" not in " ".join(one.breaks for one in found)
 
 
 def test_wave_after_a_day_is_off_by_the_rounding_of_its_frequency() -> None:
@@ -362,7 +372,7 @@ def test_recording_that_cannot_be_traded_says_what_it_lacks(tmp_path: Path) -> N
     recorded.events[0]["scene"] = [asdict(WALL) | {"type": "wall"}, stops]
     assert options_of(recorded, {}).scene == [WALL, torsio.EndStops(**range_)]
     stops["type"] = "wail"
-    with pytest.raises(torsio.Error, match="version that this one does not read: 'wail'"):
+    with pytest.raises(torsio.Error, match="record anew: 'wail'"):
         options_of(recorded, {})
 
 

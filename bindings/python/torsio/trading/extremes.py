@@ -80,38 +80,51 @@ def extremes(
 ) -> list[Extreme]:
     """Stretch each quantity of a loop, step by step.
 
-    At each step 14 starts are tried whether the knob swings, and 42 more unless quick.
+    A scene without stiffness has none to stretch. At each step 14 starts are tried whether the knob
+    swings, and 42 more unless quick.
 
     At each step the proposal is compared with all parts at the highest rate, both stretched. Angle
     and duration are compared with the same visit near the zero, and at the beginning.
     """
     found = []
+    generations = 0 if quick else GENERATIONS
+    unstretched = _at("stiffness", 1, options, proposal, generations)
     for done, quantity in enumerate(_LADDERS):
-        found.append(_stretch(quantity, options, proposal, wanted, 0 if quick else GENERATIONS))
+        if quantity != "stiffness" or _scaled(quantity, options, 2.0).scene != options.scene:
+            found.append(_stretch(quantity, options, proposal, wanted, generations, unstretched))
         on_progress(done + 1, len(_LADDERS))
     return found
 
 
 def _stretch(
-    quantity: str, options: LoopOptions, proposal: Variant, wanted: float, generations: int
+    quantity: str,
+    options: LoopOptions,
+    proposal: Variant,
+    wanted: float,
+    generations: int,
+    unstretched: tuple[float, frozenset[str]],
 ) -> Extreme:
     unit, steps = _LADDERS[quantity]
     true_to = swings_at = breaks_at = None
-    breaks, is_true, before = "", True, set[str]()
+    breaks, is_true = "", True
     for step in steps:
         try:
-            jnds, broken = _at(quantity, step, options, proposal, generations)
+            jnds, broken = (
+                unstretched
+                if step == 1 and unit == "times"
+                else _at(quantity, step, options, proposal, generations)
+            )
         except (Error, ValueError, RuntimeError) as refusal:
-            jnds, broken = math.inf, {f"it is refused: {str(refusal).partition(';')[0]}"}
+            why = f"it is refused: {str(refusal).partition(';')[0]}"
+            jnds, broken = math.inf, frozenset({why})
         is_true = is_true and jnds <= wanted
         true_to = step if is_true else true_to
         swings_at = step if swings_at is None and _SWINGS in broken else swings_at
         if not is_true and math.isfinite(jnds):
-            broken.add(f"the error is {perception.text(jnds)}")
-        if breaks_at is None and (new := sorted(broken - before)):
+            broken |= {f"the error is {perception.text(jnds)}"}
+        # What the scene does unstretched does not break.
+        if breaks_at is None and (new := sorted(broken - unstretched[1])):
             breaks, breaks_at = new[0], step
-        # The scene itself, unstretched, breaks nothing.
-        before = broken if step == 1 and quantity not in ("angle", "duration") else before
         if not is_true and (swings_at is not None or not math.isfinite(jnds)):
             break
     return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, true_to != steps[-1])
@@ -119,7 +132,7 @@ def _stretch(
 
 def _at(
     quantity: str, step: float, options: LoopOptions, proposal: Variant, generations: int
-) -> tuple[float, set[str]]:
+) -> tuple[float, frozenset[str]]:
     """Give the proposal's error at a step in JNDs, and what is the matter there."""
     duration_s = Visit().lasts_s(options.hand)
     options = Visit().of(options)
@@ -155,7 +168,7 @@ def _at(
     }
     if quantity not in ("angle", "duration") and _swings(less, generations):
         broken.add(_SWINGS)
-    return perception.torque_jnds(steady_nm(felt[1] - felt[0])), broken
+    return perception.torque_jnds(steady_nm(felt[1] - felt[0])), frozenset(broken)
 
 
 def _times_s(duration_s: float) -> np.typing.NDArray[np.float64]:

@@ -126,7 +126,8 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
     whole = len(armed) // every * every
     rows = [armed[name][:whole].reshape(-1, every).mean(axis=1) for name in ("time_s", "angle_rad")]
     if len(rows[0]) < 2:
-        raise Error(f"the recording has {armed['time_s'][-1] - armed['time_s'][0]:.3g} s in it")
+        lasts_s = armed["time_s"][-1] - armed["time_s"][0]
+        raise Error(f"the knob is armed for {lasts_s:.3g} s in the recording: record a whole visit")
     path = np.column_stack([rows[0] - rows[0][0], rows[1]])
     kept = recorded.metadata["configuration"]
     try:
@@ -142,7 +143,7 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
             **known,
         }
     except (KeyError, TypeError) as error:
-        raise Error(f"the recording is of a version that this one does not read: {error}") from None
+        raise Error(f"this version cannot read the recording, record anew: {error}") from None
 
 
 def configured(actuator: ActuatorConfig, shaft: ShaftConfig, parts: PlantParams) -> PlantParams:
