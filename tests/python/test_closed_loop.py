@@ -136,3 +136,9 @@ def test_grains_of_a_noisy_texture_are_its_seed_s() -> None:
 
     np.testing.assert_array_equal(felt(1), felt(1))
     assert np.any(felt(1) != felt(2))
+
+
+def test_knob_that_a_hand_moves_does_not_stick() -> None:
+    hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 1.0)])
+    rows = closed_loop.simulate(closed_loop.LoopOptions(hand=hand), duration_s=0.1)
+    assert not rows["knob_sticks"].any()

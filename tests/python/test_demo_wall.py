@@ -58,6 +58,12 @@ def test_measure_finds_the_torque_that_is_missing_on_the_way_out() -> None:
     assert measures.torque_gap_nm == pytest.approx(6e-3)
 
 
+def test_torque_that_is_a_fifth_too_small_is_so_on_the_way_in() -> None:
+    # The root mean square of a ramp is its end over the root of three; the sensor adds 1 mN m.
+    measures = wall.measure(visit(gain=0.8))
+    assert measures.tracking_rms_in == pytest.approx(0.2 / 3**0.5, rel=0.03)
+
+
 def test_measure_says_when_the_wall_was_never_reached() -> None:
     away = replace(visit(), desired_torque_nm=np.zeros(2001))
     with pytest.raises(wall.WallNotReachedError, match="never reached the wall"):

@@ -104,6 +104,13 @@ def test_new_table_has_the_mode_of_any_new_file(recording: Path, tmp_path: Path)
     assert (tmp_path / "table.csv").stat().st_mode == (tmp_path / "other").stat().st_mode
 
 
+def test_file_of_one_user_is_read_by_no_other_while_it_is_written(tmp_path: Path) -> None:
+    (tmp_path / "x").touch(0o600)
+    with beside(tmp_path / "x") as part:
+        part.write_text("whole")
+        assert part.stat().st_mode & 0o777 == 0o600
+
+
 @pytest.mark.parametrize("name", ["x" * 251 + ".csv", "\u00e4" * 125 + ".csv", "x." + "y" * 253])
 def test_name_may_be_as_long_as_names_are(tmp_path: Path, name: str) -> None:
     assert len(name.encode()) > 250

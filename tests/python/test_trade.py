@@ -23,7 +23,7 @@ from torsio.trading import Trade
 from torsio.trading import extremes as stretching
 from torsio.trading.answers import board_shares, pasteable
 from torsio.trading.runs import Kept, Runs, Variant
-from torsio.trading.sources import EVERYTHING, options_of
+from torsio.trading.sources import EVERYTHING, configured, options_of
 from torsio.trading.visits import Difference, Visit, differ, felt_nm
 from torsio.trading.words import lines
 
@@ -422,3 +422,9 @@ def test_reference_has_every_part() -> None:
     options = options_of([], {})
     assert options.plant == EVERYTHING
     assert perception.torque_jnds(7.62e-3) == pytest.approx(1.0)
+
+
+def test_inertia_that_was_calibrated_is_the_plant_s() -> None:
+    actuator = torsio.ActuatorConfig(brake_inertia_kg_m2=3e-6)
+    plant = configured(actuator, torsio.ShaftConfig(), EVERYTHING)
+    assert plant.brake_inertia_kg_m2 == pytest.approx(3e-6)
