@@ -18,6 +18,17 @@
 namespace torsio {
 namespace {
 
+/// A machine that is exhausted would let every program in.
+void throw_if_exhausted(const std::string& path) {
+  const int error = errno;
+  if (error != ENOSPC && error != EDQUOT && error != EMFILE && error != ENFILE && error != ENOMEM &&
+      error != EIO) {
+    return;
+  }
+  throw Error(path + ", which keeps other programs from the device, cannot be made: " +
+              std::generic_category().message(error));
+}
+
 /// Where this user's lock files are: $XDG_RUNTIME_DIR, or SHARED/torsio-UID, which nobody else may
 /// write to. Empty if it cannot be had. After `sudo -E` the variable names a folder of the user's,
 /// who could not open what root leaves there.
@@ -26,7 +37,8 @@ std::string lock_directory(const std::string& shared) {
   const char* given = std::getenv("XDG_RUNTIME_DIR");
   if (given != nullptr && ::stat(given, &there) == 0 && there.st_uid == ::getuid()) return given;
   const std::string directory = shared + "/torsio-" + std::to_string(::getuid());
-  (void)::mkdir(directory.c_str(), 0700);  // an existing folder is fine
+  // An existing folder is fine.
+  if (::mkdir(directory.c_str(), 0700) != 0) throw_if_exhausted(directory);
   const bool own = ::lstat(directory.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
                    there.st_uid == ::getuid() && (there.st_mode & (S_IWGRP | S_IWOTH)) == 0;
   return own ? directory : std::string();
@@ -47,13 +59,14 @@ std::string lock_path(const std::string& device_path, const std::string& shared)
 
 /// It follows no link and waits for no pipe.
 /// @returns -1 unless it is a plain file
-/// @throws DeviceBusy if it is one that another user keeps to himself
+/// @throws DeviceBusy if it is one that another user keeps to himself; Error
 int open_lock_file(const std::string& path) {
   if (path.empty()) return -1;
   const int file =
-      ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+      ::open(path.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
   struct stat opened{};
   if (file < 0) {
+    throw_if_exhausted(path);
     if (errno != EACCES || ::lstat(path.c_str(), &opened) != 0 || !S_ISREG(opened.st_mode))
       return -1;
     throw DeviceBusy(path +

@@ -16,7 +16,7 @@ class DeviceLock {
   /// @param shared_directory where the user's own directory is made without $XDG_RUNTIME_DIR. If
   /// that name is another user's, a link, or open to others, nothing is locked
   /// @throws DeviceBusy if somebody, maybe this very process, holds it, or its file is another
-  /// user's
+  /// user's; Error if the disk is full, or there are too many open files
   explicit DeviceLock(const std::string& device_path, const std::string& shared_directory = "/tmp");
   ~DeviceLock();
   DeviceLock(const DeviceLock&) = delete;

@@ -1,6 +1,7 @@
 // The lock of a device in a folder that others may write to.
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -76,6 +77,26 @@ TEST_CASE("a lock file that this user may not open is another's: the device is b
   if (user == 0) REQUIRE(seteuid(65534) == 0);
   CHECK_THROWS_WITH_AS(DeviceLock("/dev/null"), doctest::Contains(place.c_str()), DeviceBusy);
   if (user == 0) REQUIRE(seteuid(0) == 0);
+}
+
+TEST_CASE("without a free descriptor there is no lock, and no device either") {
+  const test::TemporaryDirectory directory;
+  const RuntimeDirectory runtime(directory.path().c_str());
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+  const rlimit none{.rlim_cur = 0, .rlim_max = before.rlim_max};
+  std::string told;
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+  try {
+    const DeviceLock unguarded("/dev/null");
+  } catch (const DeviceBusy&) {
+    told = "busy";
+  } catch (const Error& error) {
+    told = error.what();
+  }
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+  CHECK(told.starts_with(directory.path()));
+  CHECK(told.ends_with("Too many open files"));
 }
 
 TEST_CASE("root leaves no lock in the runtime directory of the user who called it") {
