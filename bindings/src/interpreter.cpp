@@ -2,6 +2,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -15,6 +16,7 @@ namespace torsio::bindings {
 namespace {
 
 constexpr std::chrono::seconds kLastWords{1};
+constexpr int kAttempts = 10;
 
 /// Threads that take or have the lock, and whether any still may. Never destroyed: threads may be
 /// in it for as long as there is a process.
@@ -106,16 +108,17 @@ void start_anew() {
 
 using Failure = std::optional<py::error_already_set>;
 
-/// Calls once more what fails, for it may be an interrupt that has ended it. Keeps what is raised
-/// first, or an interrupt, which the program must see.
+/// Calls once more what fails, for it may be an interrupt that has ended it, and more often what
+/// interrupts end. Keeps what is raised first, or an interrupt, which the program must see.
 template <class Call>
 void do_one(Failure& failure, Call&& call) {
-  for (int attempts_left = 2; attempts_left > 0; --attempts_left) {
+  for (int attempts_left = kAttempts; attempts_left > 0; --attempts_left) {
     try {
       call();
       return;
     } catch (py::error_already_set& error) {
       const bool interrupts = !error.matches(PyExc_Exception);
+      if (!interrupts) attempts_left = std::min(attempts_left, 2);
       if (!failure || (interrupts && failure->matches(PyExc_Exception))) failure.emplace(error);
     }
   }
