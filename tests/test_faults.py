@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from tests.faults import cables, calls, faults
-from tests.faults.lines import RAISED
 
 CALLS_EVERY = {"record_to": 61}  # not divided by the kinds, nor is 7
 
@@ -15,7 +14,8 @@ CALLS_EVERY = {"record_to": 61}  # not divided by the kinds, nor is 7
 def test_failure_at_a_line_leaves_nothing_armed_and_nothing_lost(call: str, recorded: bool) -> None:
     lines = calls.lines_of(call, paced=False, recorded=recorded)
     for at in range(0, lines, CALLS_EVERY.get(call, 7)):
-        kind = RAISED[at % len(RAISED)]
+        kinds = calls.kinds_of(call)
+        kind = kinds[at % len(kinds)]
         wrong, injection = calls.trial(call, at, kind, paced=False, recorded=recorded)
         assert wrong == "", (kind.__name__, injection.where)
 
@@ -42,9 +42,9 @@ def test_thread_of_a_file_that_fails_is_told_or_has_lost_nothing() -> None:
     assert {kind for _, kind, *_ in outcomes} == {"MemoryError", "OSError"}
 
 
-def test_transport_that_fails_once_leaves_nothing_armed() -> None:
-    failed = [outcome for outcome in cables.trials(every=2) if outcome[2]]
-    assert failed == []
+def test_transport_that_fails_leaves_nothing_armed_and_hangs_nothing() -> None:
+    outcomes = [*cables.once(every=2), *cables.lasting(every=5)]
+    assert [outcome for outcome in outcomes if outcome[2]] == []
 
 
 def test_file_operation_that_fails_once_is_told_and_loses_nothing() -> None:

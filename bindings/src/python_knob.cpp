@@ -123,11 +123,10 @@ PyKnob open_knob(const py::object& way, const py::object& emulator, double comma
 
 /// Raises no error of the knob, but says it.
 void close_knob(const PyKnob& self) {
-  const bool had_room = self.run([&] { return self->close(); });
-  if (!had_room) {
-    PyErr_SetString(py::module_::import("torsio.errors").attr("Timeout").ptr(),
-                    "the transport had no room for a second, so the knob was not told to disarm; "
-                    "its watchdog disarms it");
+  if (!self.take([&] { return self->close(); })) {
+    PyErr_SetString(py::module_::import("torsio.errors").attr("Error").ptr(),
+                    "the transport took no order, so the knob was not told to disarm; its "
+                    "watchdog disarms it");
     PyErr_WriteUnraisable(py::str("torsio.Knob.close").ptr());
   }
   self.pass_on();

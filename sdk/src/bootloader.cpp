@@ -21,6 +21,7 @@ void start_bootloader(std::string_view selector, const OpenOptions& options) {
   Session session(open_transport(selector, options),
                   {.command_timeout_ns = whole_ns("command_timeout_s", options.command_timeout_s),
                    .interrupted = options.interrupted});
+  session.link.start();
   session.requests.command(protocol::Op::disarm);
   for (int asked = 1;; ++asked) {
     try {

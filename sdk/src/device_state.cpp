@@ -19,12 +19,6 @@ State DeviceState::state() {
   return state_;
 }
 
-bool DeviceState::drives() {
-  if (state() != State::armed) return false;
-  const auto lock = link_.lock();
-  return owner_ == Owner::sdk;
-}
-
 bool DeviceState::wait_for(State state, std::int64_t timeout_ns) {
   return link_.wait_until([&] { return state_ == state; }, timeout_ns);
 }
@@ -66,7 +60,7 @@ DeviceState::Order::~Order() {
 void DeviceState::Order::taken() {
   const auto lock = device_.link_.lock();
   if (device_.link_.is_lost()) return;
-  if (arms_ || disarms_) device_.may_drive_ = false;  // from here on the state says it
+  if (disarms_) device_.may_drive_ = false;
 }
 
 void DeviceState::Order::refused() {
@@ -121,7 +115,7 @@ void DeviceState::note(const protocol::Health& health) {
 }
 
 void DeviceState::lose() {
-  if (state_ == State::armed && owner_ == Owner::sdk) may_drive_ = true;
+  if (drives_) may_drive_ = true;
   become({State::disconnected, Owner::none, 0, link_.newest_tick()}, DisarmReason::disconnected);
   tell_event("state_changed", 0, link_.newest_tick());
 }
@@ -144,6 +138,8 @@ void DeviceState::become(const Said& said, DisarmReason why) {
   said_tick_ = said.tick;
   state_ = said.state;
   owner_ = said.owner;
+  drives_ = state_ == State::armed && owner_ == Owner::sdk;
+  is_others_ = state_ == State::armed && owner_ != Owner::sdk;
 }
 
 void DeviceState::tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick) {

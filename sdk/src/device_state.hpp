@@ -22,10 +22,9 @@ class DeviceState {
   explicit DeviceState(Link& link) : events(!link.time_is_virtual()), link_(link) {}
 
   [[nodiscard]] State state();
-  /// Armed, and by nobody else: neither by a game nor by the dial.
-  [[nodiscard]] bool drives();
-  /// The same, or nobody knows: it was lost meanwhile, or told to arm without an answer.
-  [[nodiscard]] bool may_drive() { return drives() || may_drive_; }
+  /// Armed by the SDK, or told to arm with no answered order to disarm since: what came meanwhile
+  /// may be nonsense. False if a game or the dial has it. Takes no lock: the order to disarm waits.
+  [[nodiscard]] bool may_drive() const { return drives_ || (may_drive_ && !is_others_); }
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
   /// Takes over what a health report says.
@@ -42,6 +41,7 @@ class DeviceState {
     Order(const Order&) = delete;
     Order& operator=(const Order&) = delete;
     ~Order();
+    [[nodiscard]] bool disarms() const { return disarms_; }
     void taken();
     void refused();
 
@@ -80,7 +80,9 @@ class DeviceState {
 
   Link& link_;
   std::atomic<int> disarming_{0};       // orders to disarm that are under way
-  std::atomic<bool> may_drive_{false};  // armed when it was lost, or told to arm without an answer
+  std::atomic<bool> drives_{false};     // armed, as last heard of, and the SDK owns it
+  std::atomic<bool> is_others_{false};  // armed, and somebody else does
+  std::atomic<bool> may_drive_{false};  // told to arm; no order to disarm was answered since
   protocol::Identity identity_;
   State state_ = State::disarmed;
   Owner owner_ = Owner::none;

@@ -91,6 +91,7 @@ Knob::Impl::Impl(Connection connection, const OpenOptions& options)
   telemetry.set_control_period(identity_.control_period_ns);
   session.device.note(session.requests.get<protocol::Health>());
   note(session.requests.get<protocol::ControlConfig>());
+  session.link.start();
 }
 
 Knob::Knob(Connection connection, const OpenOptions& options)
@@ -99,13 +100,19 @@ Knob::Knob(Knob&&) noexcept = default;
 
 Knob& Knob::operator=(Knob&& other) noexcept {
   if (this != &other) {
-    close();
+    close_and_drop();
     impl_ = std::move(other.impl_);
   }
   return *this;
 }
 
-Knob::~Knob() { close(); }
+Knob::~Knob() { close_and_drop(); }
+
+void Knob::close_and_drop() noexcept {
+  close();
+  if (impl_ == nullptr || !impl_->session.link.is_held()) return;
+  [[maybe_unused]] const Impl* left_to_the_reader = impl_.release();
+}
 
 Knob::Impl& Knob::impl() const {
   if (impl_ != nullptr) impl_->session.link.throw_unless_here();

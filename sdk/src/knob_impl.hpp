@@ -161,12 +161,9 @@ class Knob::Impl {
     keep_scene({});
   }
 
-  bool close() noexcept {
-    const bool had_room = session.close(!autonomous_);
-    return had_room_.exchange(true) && had_room;
-  }
+  bool close() noexcept { return session.close(!autonomous_); }
   void disarm_to_close() noexcept {
-    if (!autonomous_ && session.link.is_open()) had_room_ = session.disarm_quietly();
+    if (!autonomous_ && session.link.is_open()) session.disarm_quietly();
   }
 
  private:
@@ -174,7 +171,6 @@ class Knob::Impl {
   protocol::Identity identity_;
   DeviceInfo info_;
   std::atomic<bool> autonomous_{false};
-  std::atomic<bool> had_room_{true};  // for the order of disarm_to_close()
 
   std::string swing_warning(const std::vector<protocol::ReportBytes>& reports) {
     std::optional<Configs> configs;

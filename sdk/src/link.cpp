@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "protocol/reports.hpp"
@@ -17,6 +18,15 @@ using namespace std::chrono_literals;
 constexpr auto kAskUserEvery = 10ms;
 // How long a waiting thread in virtual time stands aside for others when it asks.
 constexpr auto kStandAside = 20us;
+// A virtual clock stands still if so many frames and so long a time of the wall's do not move it.
+constexpr int kStillFrames = 100;
+constexpr auto kStill = 1s;
+// Of one look: more than any device has ready, and a transport that never ends.
+constexpr int kMostReports = 256;
+// For a read that promises to come back within 20 ms. Pieces, so that a stopped process counts
+// once.
+constexpr int kWaitsForRead = 250;
+constexpr auto kWaitForRead = 20ms;
 
 }  // namespace
 
@@ -30,23 +40,49 @@ Link::Link(std::unique_ptr<Transport> transport, std::function<bool()> interrupt
     : transport_(std::move(transport)), interrupted_(std::move(interrupted)), receiver_(receiver) {}
 
 void Link::start() {
-  if (!time_is_virtual()) reader_ = std::thread([this] { read_loop(); });
+  if (time_is_virtual()) return;
+  const std::lock_guard lock(mutex_);
+  reader_ = std::thread([this] {
+    read_loop();
+    bool lets_go = false;
+    {
+      const std::lock_guard end(mutex_);
+      reads_ = false;
+      lets_go = let_go_;
+      news_.notify_all();
+    }
+    if (lets_go) transport_->close();
+  });
+  reads_ = true;
 }
 
-void Link::stop() noexcept {
-  {
-    const std::lock_guard lock(mutex_);
-    stopped_ = true;
-  }
-  news_.notify_all();
+Link::~Link() {
   if (reader_.joinable()) reader_.join();
 }
 
+void Link::stop() noexcept {
+  std::unique_lock lock(mutex_);
+  stopped_ = true;
+  news_.notify_all();
+  for (int waits = 0; reads_ && waits < kWaitsForRead; ++waits) {
+    news_.wait_for(lock, kWaitForRead, [&] { return !reads_; });
+  }
+}
+
 void Link::let_go() noexcept {
-  transport_->close();
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  if (!reads_) {
+    lock.unlock();
+    transport_->close();
+    lock.lock();
+  }
   let_go_ = true;
   news_.notify_all();
+}
+
+bool Link::is_held() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return reads_;
 }
 
 void Link::wait_until_let_go() noexcept {
@@ -72,6 +108,9 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
   const std::int64_t deadline_ns =
       timeout_ns < INT64_MAX - begin_ns ? begin_ns + timeout_ns : INT64_MAX;
   auto ask_at = steady_clock::now() + kAskUserEvery;
+  std::int64_t frame = begin_ns / kFrameNs;
+  int still_frames = 0;
+  auto moved_at = steady_clock::now();
   while (true) {
     // Arrived reports count even if the device is gone now.
     if (done()) return true;
@@ -79,8 +118,16 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
     // To ask a virtual clock takes a lock, so it is asked once a frame.
     const std::int64_t now_ns = transport_->now_ns();
     if (now_ns >= deadline_ns) return false;
+    const auto wall = steady_clock::now();
+    if (now_ns / kFrameNs > frame) {
+      frame = now_ns / kFrameNs;
+      still_frames = 0;
+      moved_at = wall;
+    } else if (still_frames > kStillFrames && wall - moved_at > kStill) {
+      throw Timeout("the transport's clock stands still; its time must pass in advance_to");
+    }
 
-    if (steady_clock::now() >= ask_at) {
+    if (wall >= ask_at) {
       lock.unlock();
       if (interrupted_ && unasked_ == 0 && interrupted_()) {
         throw Interrupted("interrupted by the program that uses the knob");
@@ -90,6 +137,7 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
       lock.lock();
     } else if (time_is_virtual()) {
       pass_frame(now_ns, deadline_ns);
+      ++still_frames;
       lock.unlock();
       receiver_.tell();
       lock.lock();
@@ -130,7 +178,7 @@ void Link::pass_frame(std::int64_t now_ns, std::int64_t limit_ns) {
 void Link::take_in_virtual() {
   try {
     protocol::ReportBytes report;
-    while (transport_->read(report, 0ns)) take(report);
+    for (int n = 0; n < kMostReports && transport_->read(report, 0ns); ++n) take(report);
   } catch (const Interrupted&) {
     throw;  // it is the program that ends here, not the device
   } catch (const std::exception& error) {
@@ -182,6 +230,7 @@ void Link::take(const protocol::ReportBytes& report) {
 void Link::lose(const std::string& why) {
   if (lost_.empty()) {
     lost_ = why;
+    was_lost_ = true;
     receiver_.lose();
   }
   news_.notify_all();
@@ -207,10 +256,12 @@ void Link::on_transport(Act&& act) {
 
 void Link::write(const protocol::ReportBytes& report, std::int64_t timeout_ns) {
   on_transport([&] {
-    const std::int64_t begin_ns = now_ns();
+    // The order goes before the clock, which may fail.
+    std::optional<std::int64_t> begin_ns;
     // A full queue empties by one report a frame.
     while (!transport_->write(report)) {
-      if (now_ns() - begin_ns >= timeout_ns) {
+      if (!begin_ns) begin_ns = now_ns();
+      if (now_ns() - *begin_ns >= timeout_ns) {
         throw_late("the way to the device had no room", timeout_ns);
       }
       sleep(kFrameNs);
@@ -218,6 +269,13 @@ void Link::write(const protocol::ReportBytes& report, std::int64_t timeout_ns) {
     const std::lock_guard lock(mutex_);
     log(true, report);
   });
+}
+
+bool Link::write_blindly(const protocol::ReportBytes& report) {
+  if (!transport_->write(report)) return false;
+  const std::lock_guard lock(mutex_);
+  log(true, report);
+  return true;
 }
 
 bool Link::set_feature(const protocol::ReportBytes& report) {

@@ -66,13 +66,19 @@ class Link {
   };
 
   Link(std::unique_ptr<Transport> transport, std::function<bool()> interrupted, Receiver& receiver);
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+  ~Link();
 
   /// From here on the receiver gets what comes.
   void start();
-  /// From here on all calls throw Closed, and the receiver gets nothing.
+  /// From here on all calls throw Closed, and the receiver gets nothing. Waits for the transport's
+  /// read, but not for ever.
   void stop() noexcept;
-  /// Lets go of the device, after stop().
+  /// Lets go of the device, after stop(). If read has not come back, that happens when it does.
   void let_go() noexcept;
+  /// True after stop() if read has not come back: then nothing of the session may be destroyed.
+  [[nodiscard]] bool is_held() const noexcept;
   /// Waits until another thread has let go.
   void wait_until_let_go() noexcept;
 
@@ -85,8 +91,9 @@ class Link {
 
   /// Sends a report. Waits for room. @throws Timeout if there is none in time, Disconnected, Closed
   void write(const protocol::ReportBytes& report, std::int64_t timeout_ns);
-  /// Sends a report to a device that may be gone. A way that gives nothing may still take.
-  void write_blindly(const protocol::ReportBytes& report) { (void)transport_->write(report); }
+  /// Sends a report to a device that may be gone, and asks nobody before. A way that gives nothing
+  /// may still take. @returns false if it has no room; throws what the transport does
+  bool write_blindly(const protocol::ReportBytes& report);
   /// @returns false if the device stalls; both throw Disconnected, Closed
   bool set_feature(const protocol::ReportBytes& report);
   bool get_feature(std::uint8_t id, protocol::ReportBytes& report);
@@ -118,6 +125,9 @@ class Link {
   /// Virtual time: takes in what is there, though no time passes. @throws Closed
   void look();
   [[nodiscard]] bool is_lost() const { return !lost_.empty(); }
+  // Without it:
+  [[nodiscard]] bool was_lost() const { return was_lost_; }
+  // With it again:
   /// Of all that the device has sent.
   [[nodiscard]] std::uint64_t newest_tick() const { return newest_tick_; }
   void note_tick(std::uint64_t tick) { newest_tick_ = tick; }
@@ -144,13 +154,15 @@ class Link {
   Receiver& receiver_;
   std::thread reader_;
   std::atomic<bool> stopped_{false};  // from here on nobody uses it
-  std::atomic<int> unasked_{0};       // calls that do not ask the user
+  std::atomic<bool> was_lost_{false};
+  std::atomic<int> unasked_{0};  // calls that do not ask the user
   std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
 
   mutable std::mutex mutex_;  // guards all below, and what the other parts know
   std::condition_variable news_;
   bool let_go_ = false;
-  std::string lost_;  // why the device is gone; empty while it is there
+  bool reads_ = false;  // the reader thread runs
+  std::string lost_;    // why the device is gone; empty while it is there
   std::uint64_t newest_tick_ = 0;
   std::vector<std::weak_ptr<Tap>> taps_;
   LinkStatistics statistics_;

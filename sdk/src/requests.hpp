@@ -39,6 +39,9 @@ class Requests {
 
   /// Sends a report and gives the device a moment to answer; whether it does is all the same.
   void say(protocol::ReportBytes report);
+  /// The same, but nothing that may fail or wait comes before, and a lost device is told too. Tries
+  /// again if it is interrupted. @throws what the transport does if it takes no order
+  void order_blindly(protocol::Op op);
 
   /// Sends a report that only an armed device takes and does not wait for an acknowledgement.
   /// Waits while the queue to the device is full.
@@ -87,6 +90,8 @@ class Requests {
   DeviceState& device_;
   const std::int64_t timeout_ns_;
   std::atomic<std::uint16_t> sequence_{0};
+  std::atomic<std::uint16_t> blind_{0};  // sequence number of the last blind order
+  std::atomic<bool> blind_answered_{false};
   std::vector<Pending> pending_;
 };
 

@@ -12,9 +12,7 @@ Session::Session(std::unique_ptr<Transport> transport, SessionOptions options)
     : link(std::move(transport), std::move(options.interrupted), *this),
       device(link),
       requests(link, device, options.command_timeout_ns),
-      samples(link, device, requests, options.ring_samples) {
-  link.start();
-}
+      samples(link, device, requests, options.ring_samples) {}
 
 Session::~Session() { close(false); }
 
@@ -27,28 +25,25 @@ bool Session::close(bool disarm_first) noexcept {
     device.events.close();
     return true;
   }
-  const bool had_room = !disarm_first || disarm_quietly();
+  if (disarm_first) disarm_quietly();
   link.stop();
   device.events.close();
   link.let_go();
-  return had_room;
+  return !untold_.exchange(false);
 }
 
-bool Session::disarm_quietly() noexcept {
+void Session::disarm_quietly() noexcept {
+  if (!device.may_drive()) return;
   const Link::Unasked unasked(link);
-  const auto disarm = protocol::encode(protocol::Command{0, 0, protocol::Op::disarm});
+  const bool was_lost = link.was_lost();
   try {
-    if (!device.may_drive()) return true;
-    if (device.state() == State::disconnected) {
-      link.write_blindly(disarm);
-    } else {
-      requests.say(disarm);
-    }
-  } catch (const Timeout&) {
-    return false;
-  } catch (...) {  // NOLINT(bugprone-empty-catch): the device's watchdog does it then
+    requests.order_blindly(protocol::Op::disarm);
+    untold_ = false;
+  } catch (const Disconnected&) {
+    if (!was_lost) untold_ = true;  // else the program has been told that the device is gone
+  } catch (...) {
+    untold_ = true;
   }
-  return true;
 }
 
 void Session::set_identity(const protocol::Identity& identity) {

@@ -28,10 +28,10 @@ class Session : private Link::Receiver {
   ~Session() override;  ///< as close()
 
   /// Disarms if `disarm_first` and the device is armed, and lets go of it. Waits for nobody but the
-  /// device, and not long. @returns false if the way had no room for the order to disarm
+  /// device, and not long. @returns false if the way did not take the order to disarm
   bool close(bool disarm_first) noexcept;
   /// The first of it: the torque off. Asks nobody, throws nothing.
-  bool disarm_quietly() noexcept;
+  void disarm_quietly() noexcept;
 
   /// Units of what the device sends.
   void set_identity(const protocol::Identity& identity);
@@ -52,6 +52,7 @@ class Session : private Link::Receiver {
   void hear(const protocol::Event& event);
 
   std::atomic<bool> closing_{false};  // somebody does
+  std::atomic<bool> untold_{false};   // armed, and the way did not take the order to disarm
 };
 
 }  // namespace torsio

@@ -15,7 +15,7 @@ import numpy as np
 
 import torsio
 from tests.faults.knobs import Device, device
-from tests.faults.lines import Injection
+from tests.faults.lines import RAISED, Injection, TwoInterrupts
 from tests.python.test_firmware import StandIn, image
 from torsio.calibration import calibrate
 from torsio.knob import knob as knob_module
@@ -47,6 +47,16 @@ def _configure(bench: Bench) -> None:
     bench.knob.disarm()
     bench.knob.update(law="compensated")
     bench.knob.save()
+
+
+def _disarmed(call: Callable[[torsio.Knob], None]) -> Callable[[Bench], None]:
+    """Make it a call that needs a disarmed knob."""
+
+    def disarm_and_call(bench: Bench) -> None:
+        bench.knob.disarm()
+        call(bench.knob)
+
+    return disarm_and_call
 
 
 def _record_to(bench: Bench) -> None:
@@ -97,6 +107,8 @@ CALLS: dict[str, Callable[[Bench], Any]] = {
     "stop": lambda bench: bench.knob.stop(),
     "play": lambda bench: bench.knob.play([SPRING, torsio.Damper(damping_nm_s_per_rad=1e-4)]),
     "arm": _arm,
+    "clear_fault": _disarmed(torsio.Knob.clear_fault),
+    "zero": _disarmed(torsio.Knob.zero),
     "record": _record,
     "read": _read,
     "telemetry": _telemetry,
@@ -104,6 +116,9 @@ CALLS: dict[str, Callable[[Bench], Any]] = {
     "record_to": _record_to,
     "stream_local_model": lambda bench: bench.knob.stream_local_model(torque_nm=0.01),
     "configure, save": _configure,
+    "load_config": _disarmed(lambda knob: torsio.load_config(knob, torsio.dump_config(knob))),
+    "start_telemetry": lambda bench: bench.knob.start_telemetry(),
+    "events": lambda bench: bench.knob.events(timeout_s=0.02),
     "every": _every,
     "wait_for": lambda bench: bench.knob.wait_for("disarmed", timeout_s=0.02),
     "excite": lambda bench: bench.knob.excite(BOUNDED),
@@ -111,6 +126,13 @@ CALLS: dict[str, Callable[[Bench], Any]] = {
 """In the order of the table."""
 CLOSING = ("close", "__exit__", "end of Python")
 DISARMING = (*CLOSING, "disarm", "stop")
+
+
+def kinds_of(call: str) -> tuple[type[BaseException], ...]:
+    """Give each kind of failure that it must survive."""
+    return (*RAISED, TwoInterrupts) if call in CLOSING else RAISED
+
+
 PATIENCE_S = 60.0  # longer than an answer takes on any loaded machine
 
 
@@ -189,6 +211,8 @@ def _wrong(
             return "armed after close"
     if not all(one.is_closed for one in devices):
         return "not closed"
+    if injection.kind is TwoInterrupts:
+        return ""  # what the second leaves of the first one's end is not asked
     if raised is not None and hasattr(raised, "samples"):
         this.got.insert(0, raised.samples)
     if this.recording is None:

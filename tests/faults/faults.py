@@ -46,7 +46,7 @@ def of_calls(every: int, names: Iterable[str] = tuple(calls.CALLS)) -> Iterator[
         for paced in (False, True):
             for recorded in (False, True):
                 lines = calls.lines_of(call, paced=paced, recorded=recorded)
-                for kind in RAISED:
+                for kind in calls.kinds_of(call):
                     for at in range(0, lines, every):
                         wrong, injection = calls.trial(
                             call, at, kind, paced=paced, recorded=recorded

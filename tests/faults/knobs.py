@@ -70,8 +70,7 @@ class Device(torsio.Transport):
         return int(self.device.time_ns)
 
     def advance_to(self, time_ns: int) -> None:
-        if time_ns > self.now_ns():
-            self.device.advance(time_ns - self.now_ns())
+        self.device.advance(max(time_ns - int(self.device.time_ns), 0))
 
 
 class PacedDevice(Device):

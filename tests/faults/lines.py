@@ -16,6 +16,11 @@ import mcap
 
 import torsio
 
+
+class TwoInterrupts(KeyboardInterrupt):
+    """Raised again at the next call: a second Ctrl-C, while the first is being dealt with."""
+
+
 RAISED: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, OSError)
 # Where it is raised: the library, and what it calls to write recordings.
 _FOLDERS = tuple(str(Path(package.__file__ or "").parent) for package in (torsio, mcap))
@@ -51,6 +56,7 @@ class Injection:
         try:
             yield
         finally:
+            sys.setprofile(None)
             sys.settrace(before)
             threading.settrace(None)
 
@@ -61,6 +67,10 @@ class Injection:
             return None
         return self._line
 
+    def _again(self, frame: FrameType, event: str, _: Any) -> None:
+        if event in ("call", "c_call") and frame.f_code.co_filename.startswith(_FOLDERS):
+            raise TwoInterrupts(f"injected again, after {self.where}")
+
     def _line(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any]:
         text = linecache.getline(frame.f_code.co_filename, frame.f_lineno).lstrip()
         begins = dis.opname[frame.f_code.co_code[frame.f_lasti]]
@@ -69,6 +79,8 @@ class Injection:
             if self.lines == self._at and self.where is None:
                 name = Path(frame.f_code.co_filename).name
                 self.where = f"{name}:{frame.f_lineno} {text.rstrip()}"
+                if self.kind is TwoInterrupts:
+                    sys.setprofile(self._again)
                 raise self.kind(f"injected at {self.where}")
             self.lines += 1
         return self._line

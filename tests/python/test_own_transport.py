@@ -105,7 +105,7 @@ def test_close_without_room_says_so_once(monkeypatch: pytest.MonkeyPatch, is_pac
         knob.arm()
         monkeypatch.setattr(transport, "write", lambda report: False)
         knob.close()
-    assert [text[:49] for text in said] == ["the transport had no room for a second, so the kn"]
+    assert [text[:50] for text in said] == ["the transport took no order, so the knob was not t"]
     assert transport.closed == 1
 
 
@@ -121,9 +121,13 @@ def test_what_a_transport_raises_is_told(
 ) -> None:
     transport = Simulated()
     with torsio.open(transport) as knob:
+        knob.arm()
         transport.broken = error
         with pytest.raises(expected, match=text):
             knob.record(0.1)
+        with pytest.raises(torsio.Disconnected):
+            knob.stop()
+        assert not transport.is_armed  # the way still takes
     assert transport.closed == 1
 
 

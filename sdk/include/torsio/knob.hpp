@@ -140,7 +140,7 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
 
   /// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator,
   /// and lets go of it. May be called twice.
-  /// @returns false, once, if the transport had no room for the order; the watchdog disarms then
+  /// @returns false, once, if the transport did not take the order; the watchdog disarms then
   bool close() noexcept;
   /// The first that close() does: disarms, unless as above. Use it if you must finish files before
   /// you close.
@@ -310,6 +310,7 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
   class Impl;
   Knob(Connection connection, const OpenOptions& options);
   Impl& impl() const;
+  void close_and_drop() noexcept;
 
   std::unique_ptr<Impl> impl_;
 };

@@ -53,7 +53,8 @@ class TORSIO_EXPORT Transport {
   Transport& operator=(const Transport&) = delete;
   virtual ~Transport() = default;
 
-  /// Lets go of the device. Called once, when nobody is in `read` any more; what comes after it, or
+  /// Lets go of the device. Called once, when nobody is in `read` any more: a knob waits 5 s for
+  /// that, and if need be its reading thread calls this later. What comes after it, or
   /// is under way in another thread, throws Closed. If no knob could be made of the transport it
   /// may be destroyed without this call.
   virtual void close() noexcept = 0;

@@ -92,7 +92,7 @@ class Knob(ConfigQuestions):
         """Disarm, unless told to be autonomous or not armed by the SDK, and let go.
 
         An error meanwhile, such as a full disk or Ctrl-C, is raised after that. If your own
-        transport has no room for the order, `sys.unraisablehook` gets a `Timeout`. Closing twice
+        transport does not take the order, `sys.unraisablehook` gets an `Error`. Closing twice
         is fine.
         """
         return (

@@ -24,7 +24,10 @@ class Transport(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the device. Called once, when nobody is in `read` any more."""
+        """Let go of the device. Called once, when nobody is in `read` any more.
+
+        A knob closes after 5 s if `read` does not come back; this is called when it does.
+        """
 
     @abstractmethod
     def write(self, report: bytes) -> bool:
