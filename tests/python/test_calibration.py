@@ -340,12 +340,10 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
 def test_findings_on_an_emulated_knob_are_said_to_end_with_the_command(
     found: Any, data_folder: Path
 ) -> None:
-    out = Console(file=io.StringIO(), width=200)
+    text = io.StringIO()
     with torsio.open("emulated") as knob:
-        save(knob, found[0], out)
-    assert (
-        f"until this command ends, and all that was found in {data_folder}" in out.file.getvalue()
-    )
+        save(knob, found[0], Console(file=text, width=200))
+    assert f"until this command ends, and all that was found in {data_folder}" in text.getvalue()
 
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
