@@ -18,7 +18,8 @@ least and the most bandwidth of these four; and ``sagging_nm_per_rad``, the firs
 counts with 12 V that are 9.2, or have 1 ohm before them, the worse of both. Loops that are a lag,
 of no board, have ``predicted_nm_per_rad``, which is what (8) of docs/explanation/theory.md says.
 
-With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
+With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those;
+with a number, springs that are so many steps stiffer, for a limit that depends on the grid.
 """
 
 from __future__ import annotations
@@ -259,8 +260,10 @@ def predicted_nm_per_rad(loop: Loop) -> float:
 def main(arguments: list[str]) -> None:
     """Print a line for each loop and encoder, and one for each loop."""
     quick = "quick" in arguments
-    boards = set(arguments) - {"quick"} or {loop.board for loop in LOOPS}
-    stiffness = springs(1.2 if quick else 1.03)
+    shifts = {one for one in arguments if one[0].isdigit()}
+    boards = set(arguments) - {"quick"} - shifts or {loop.board for loop in LOOPS}
+    step = 1.2 if quick else 1.03
+    stiffness = springs(step) * step ** float(min(shifts, default=0))
     for loop in (loop for loop in LOOPS if loop.board in boards):
         known = {"loop": loop.name, "board": loop.board, "rate_hz": loop.rate_hz}
         for counts in (32768,) if quick else COUNTS:

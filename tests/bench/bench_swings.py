@@ -8,6 +8,7 @@ tells
 
 - ``swing``: in how many scenes a knob that was let go, or leant on, still swings after two seconds;
 - ``unwarned``: of these, how many without a warning;
+- ``hum``, ``hum_unwarned``: the same where friction holds the knob, but a hand feels its motor;
 - ``rest``, ``warned``: the others, and how many of these with a warning.
 """
 
@@ -25,6 +26,7 @@ import numpy as np
 
 import torsio
 from torsio.closed_loop import InitialState, LoopOptions, simulate_many
+from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.config import Law
 from torsio.printed.scenes import Effect
 
@@ -120,10 +122,13 @@ def warning_of(case: Case) -> str:
     return "".join(map(str, swings))
 
 
-def swing_rad(case: Case, pushes: Sequence[tuple[float, float]] = tuple(PUSHES)) -> float:
+def motion_of(
+    case: Case, pushes: Sequence[tuple[float, float]] = tuple(PUSHES)
+) -> tuple[float, float]:
     """Push the knob; give how far it still swings long after, peak to peak, the worst push's.
 
-    A knob that runs on one way, as one does that a weight or a curve drives, does not swing.
+    And the motor's torque above 20 Hz. A knob that runs on one way, as one does that a weight or a
+    curve drives, does not swing.
     """
     runs = [
         LoopOptions(
@@ -137,27 +142,33 @@ def swing_rad(case: Case, pushes: Sequence[tuple[float, float]] = tuple(PUSHES))
         for speed, weight_nm in pushes
     ]
     every = round(case.rate_hz / 1e3)
-    widest = 0.0
+    widest = loudest = 0.0
     for rows in simulate_many(runs, duration_s=_TRIED_S, record_every=every):
         tail = rows[rows["time_s"] >= _TRIED_S - _TAIL_S]
         speed = tail["speed_rad_s"]
         if abs(np.mean(speed)) <= 0.5 * math.sqrt(np.mean(speed**2)):
             widest = max(widest, float(np.ptp(tail["angle_rad"])))
-    return widest
+            loudest = max(loudest, float(vibration_nm(tail["motor_torque_nm"], 1e3)))
+    return widest, loudest
 
 
 def main(arguments: Sequence[str]) -> None:
     """Print a line for each mistake, and how many there are."""
     scenes, first = (int(each) for each in [*arguments, *("400", "0")[len(arguments) :]])
-    told = {"swing": 0, "unwarned": 0, "rest": 0, "warned": 0}
+    told = dict.fromkeys(("swing", "unwarned", "hum", "hum_unwarned", "rest", "warned"), 0)
     for seed in range(first, first + scenes):
         case = random_case(seed)
-        warned, wide = bool(warning_of(case)), swing_rad(case)
-        kind, mistake = ("swing", "unwarned") if wide > AT_REST_RAD else ("rest", "warned")
+        warned, (wide, loud) = bool(warning_of(case)), motion_of(case)
+        kind, mistake = "rest", "warned"
+        if wide > AT_REST_RAD:
+            kind, mistake = "swing", "unwarned"
+        elif loud > VIBRATION_NM:
+            kind, mistake = "hum", "hum_unwarned"
         told[kind] += 1
-        if warned != (kind == "swing"):
+        if warned == (kind == "rest"):
             told[mistake] += 1
-            print(json.dumps({"seed": seed, "mistake": mistake, "swing_rad": wide}), flush=True)
+            moved = {"swing_rad": wide, "vibration_nm": loud}
+            print(json.dumps({"seed": seed, "mistake": mistake, **moved}), flush=True)
     print(json.dumps({"first_seed": first, **told}))
 
 

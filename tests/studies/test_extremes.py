@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from torsio import closed_loop, protocol
+from torsio.perception import VIBRATION_NM
 from torsio.printed import config, hands, scenes
 from torsio_studies.execution import execute
 from torsio_studies.extremes import dynamics, not_finite
-from torsio_studies.paper import runs
 
 EXTREMES = {
     "turning",
@@ -60,9 +60,9 @@ def test_figures_and_results_are_written(results: dict[str, Any]) -> None:
 
 def test_it_is_the_delay_that_breaks_what_is_shown_with_one() -> None:
     for stiffness, law in ((7.0, "paper"), (1.5, "motor_only")):
-        without = dynamics.bounce_oscillation_rad(stiffness, law)  # type: ignore[arg-type]
-        late = dynamics.bounce_oscillation_rad(stiffness, law, delay_ticks=1)  # type: ignore[arg-type]
-        assert without < runs.AT_REST_RAD < 0.05 < late
+        without = dynamics.bounce_vibration_nm(stiffness, law)  # type: ignore[arg-type]
+        late = dynamics.bounce_vibration_nm(stiffness, law, delay_ticks=1)  # type: ignore[arg-type]
+        assert without < VIBRATION_NM < 20e-3 < late
 
 
 # Not finite ---------------------------------------------------------------------------------------

@@ -27,8 +27,8 @@ from torsio.perception import TORQUE_JND_NM
 from torsio.printed.hands import Hand, PrescribedMotion
 from torsio.printed.plant import BrakeHysteresis, ShaftHardening
 from torsio.printed.scenes import Effect
-from torsio_studies.falsify.cases import SPACE, batches, options_of
-from torsio_studies.falsify.search import LASTING_RAD, Motion, breaks, measure
+from torsio_studies.falsify.cases import SPACE, Case, batches, options_of
+from torsio_studies.falsify.search import LASTING_RAD, Motion, breaks, confirm, measure
 
 COUNTS = 32_768
 PLANT = PlantParams(counts_per_rev=COUNTS)
@@ -183,7 +183,7 @@ def test_hand_that_shakes_the_knob_in_a_wall_loses_half_a_jnd_at_most() -> None:
     assert first_nm < last_nm < 0.5 * TORQUE_JND_NM
 
 
-# Numbers of searches, and where they ended: the values of `SPACE` in their order.
+# Numbers of searches, and where they ended: the first values of `SPACE` in their order.
 FOUND = (
     (2, (1.28, 1.01, 0.504, 1.18, 1.51, 0.695, 0.941, 0.781, 0.841, 1.12, 0.864, 1.3, 0.812, 1.02,
          0.858, 0.644, 0.00138, 0.00421, 1.23, 0.000186, 0.48, 0.0894, 0.771, 1.54, 0.721, 13.3,
@@ -252,15 +252,51 @@ FOUND = (
 )  # fmt: skip
 
 
+def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
+    """Encoders had no noise then, nor gains an error."""
+    case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
+    case = replace(case, noisy=False)
+    return case, options_of(case, dict(zip(SPACE, values, strict=False)))
+
+
 @pytest.mark.parametrize(("number", "values"), FOUND)
 def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, ...]) -> None:
     """Swings that hide turns, are wide and narrow by turns, or nearly as slow as a hand.
 
     And motors that answer their own sensor.
     """
-    case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
-    options = options_of(case, dict(zip(SPACE, values, strict=True)))
+    case, options = found(number, values)
     assert not breaks(case, measure([options])[0])
+
+
+# A curve that goes on at its end and asks there for 0.2 and 0.03 mN m more than friction and drag.
+SLIDES = (
+    (1180, (1.57925, 1.1095, 0.714595, 1.10723, 0.505419, 0.708907, 1.27387, 1.19035, 1.1828,
+         1.09367, 1.18326, 1.12844, 0.972811, 1.00538, 0.897585, 1.2196, 0.000105953, 0.0468013,
+         1.27441, 5.29588e-05, 4.67571, 0.0551702, 0.578161, 1.11245, 0.135931, 15.9533, 6.00501,
+         1.63173e-06, 0.731702)),
+    (1880, (1.1985416, 1.6283968, 0.62395014, 1.5525735, 1.2706404, 1.5648914, 0.80649123,
+         1.750168, 0.96047465, 1.2930486, 1.2725238, 0.76928659, 0.91628439, 0.82163659,
+         0.6438353, 1.1421155, 0.00010042423, 0.014277276, 0.92591893, 9.5410774e-05, 64.280721,
+         0.063174778, 0.6981187, 1.1567858, 0.14494761, 13.553395, 5.6855624, 3.2426555e-06,
+         1.0418734)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("number", "values"), SLIDES)
+def test_knob_slides_down_a_curve_that_asks_for_more_than_friction_and_rests_at_its_foot(
+    number: int, values: tuple[float, ...]
+) -> None:
+    case, options = found(number, values)
+    plant = options.plant
+    slid = measure([options], after_s=6.0)[0]
+    assert slid.swing_rad > LASTING_RAD
+    assert slid.back_rad < 1e-9
+    late = ClosedLoop(options)
+    late.run(duration_s=6.0, record_every=1000)
+    asked_nm = late.run(duration_s=1e-3)["desired_torque_nm"]
+    assert np.min(asked_nm) > plant.knob_coulomb_nm + plant.brake_drag_nm
+    assert not breaks(case, confirm(case, options))
 
 
 @pytest.mark.parametrize(

@@ -205,6 +205,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
   /// device has it.
   /// @returns a warning for the user if the knob, let go, may swing in it for ever, though it
   ///          plays. Empty if not, and under the law `calibrated`, which bounds scenes.
+  /// @note No law bounds what the host does: a wall that you move or a spring that you stream may
+  ///       swing. Keep it below stable_stiffness(), and move it slower than a hand moves.
   /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;
   ///         Refused; either way the old scene goes on
   std::string play(const Scene& scene);

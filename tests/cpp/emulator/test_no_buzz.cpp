@@ -89,15 +89,42 @@ ClosedLoopOptions options_of(const Trial& trial, double& contact_s) {
   return options;
 }
 
-/// Counts between which the knob stays, from half a second after contact on.
-std::int64_t moves_counts(const Trial& trial) {
+/// From half a second after contact on.
+struct Rest {
+  std::int64_t moves_counts = 0;
+  double vibration_nm = 0;  // the motor's torque above 20 Hz, root of the mean square
+};
+
+constexpr double kFeltNm = 1e-3;
+
+double vibration_nm(const std::vector<LoopRow>& rows, std::int64_t rate_hz) {
+  const auto block = static_cast<std::size_t>(rate_hz / 20);
+  double sum = 0.0;
+  for (std::size_t from = 0; from < rows.size(); from += block) {
+    double mean_nm = 0.0;
+    for (std::size_t i = from; i < from + block; ++i) mean_nm += rows[i].motor_torque_nm;
+    mean_nm /= static_cast<double>(block);
+    for (std::size_t i = from; i < from + block; ++i) {
+      sum += std::pow(rows[i].motor_torque_nm - mean_nm, 2);
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(rows.size()));
+}
+
+Rest rest_of(const Trial& trial) {
   double contact_s = 0.0;
   ClosedLoop loop(options_of(trial, contact_s));
   loop.run(static_cast<std::uint64_t>((contact_s + 0.5) * static_cast<double>(trial.rate_hz)), {});
   std::vector<LoopRow> rows(static_cast<std::size_t>(trial.rate_hz / 5));
   loop.run(rows.size(), rows);
   const auto [least, most] = std::ranges::minmax_element(rows, {}, &LoopRow::position_counts);
-  return most->position_counts - least->position_counts;
+  return {most->position_counts - least->position_counts, vibration_nm(rows, trial.rate_hz)};
+}
+
+void check_at_rest(const Trial& trial) {
+  const Rest rest = rest_of(trial);
+  CHECK(rest.moves_counts <= (trial.held == Held::weight ? 3 : 2));
+  CHECK(rest.vibration_nm < kFeltNm);
 }
 
 // tests/python/test_no_buzz.py has more stiffnesses and speeds, on the boards' own loops.
@@ -113,12 +140,12 @@ void check_at_rest(bool two_sided, std::int64_t rate_hz) {
           CAPTURE(static_cast<int>(held));
           CAPTURE(delay);
           // A weight damps nothing at all, which no hand does.
-          CHECK(moves_counts({.two_sided = two_sided,
-                              .stiffness_nm_per_rad = stiffness,
-                              .speed_rad_s = speed,
-                              .held = held,
-                              .delay_ticks = delay,
-                              .rate_hz = rate_hz}) <= (held == Held::weight ? 3 : 2));
+          check_at_rest({.two_sided = two_sided,
+                         .stiffness_nm_per_rad = stiffness,
+                         .speed_rad_s = speed,
+                         .held = held,
+                         .delay_ticks = delay,
+                         .rate_hz = rate_hz});
         }
       }
     }
@@ -147,12 +174,12 @@ TEST_CASE("calibrated_law_wall_that_knocks_comes_to_rest") {
           CAPTURE(speed);
           CAPTURE(static_cast<int>(held));
           CAPTURE(rate_hz);
-          CHECK(moves_counts({.stiffness_nm_per_rad = stiffness,
-                              .speed_rad_s = speed,
-                              .held = held,
-                              .delay_ticks = 1,
-                              .rate_hz = rate_hz,
-                              .knocks = true}) <= (held == Held::weight ? 3 : 2));
+          check_at_rest({.stiffness_nm_per_rad = stiffness,
+                         .speed_rad_s = speed,
+                         .held = held,
+                         .delay_ticks = 1,
+                         .rate_hz = rate_hz,
+                         .knocks = true});
         }
       }
     }
@@ -161,11 +188,13 @@ TEST_CASE("calibrated_law_wall_that_knocks_comes_to_rest") {
 
 // The trials can tell: without the bound the same spring swings for ever, ten times as wide.
 TEST_CASE("compensated_law_stiff_spring_with_a_tick_of_delay_buzzes") {
-  CHECK(moves_counts({.law = protocol::Law::compensated,
-                      .two_sided = true,
-                      .stiffness_nm_per_rad = 1e6,
-                      .speed_rad_s = 5.0,
-                      .delay_ticks = 1}) > 30);
+  const Rest rest = rest_of({.law = protocol::Law::compensated,
+                             .two_sided = true,
+                             .stiffness_nm_per_rad = 1e6,
+                             .speed_rad_s = 5.0,
+                             .delay_ticks = 1});
+  CHECK(rest.moves_counts > 30);
+  CHECK(rest.vibration_nm > 20.0 * kFeltNm);
 }
 
 /// A slow hand's way into a wall and out again.

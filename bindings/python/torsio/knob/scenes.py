@@ -50,6 +50,11 @@ class KnobScenes:
             bounds a scene.
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
+
+        Notes
+        -----
+        No law bounds what the host does. A wall that you move and a spring that you stream may
+        swing. Keep them below `stable_stiffness`, and move them slower than a hand moves.
         """
         if isinstance(scene, Effect):
             effects = [scene]

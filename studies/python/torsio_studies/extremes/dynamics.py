@@ -231,10 +231,10 @@ def free_air(guarded: bool, duration_s: float = 1.0) -> tuple[Array, Array]:
     return time, angle
 
 
-def bounce_oscillation_rad(stiffness: float, law: Law, **loop: Any) -> float:
-    """Oscillation that is left of a bounce in such a spring; `loop` as in `runs.bounce_options`."""
+def bounce_vibration_nm(stiffness: float, law: Law, **loop: Any) -> float:
+    """Torque above 20 Hz after a bounce in such a spring; `loop` as in `runs.bounce_options`."""
     rows = simulate(runs.bounce_options(stiffness, law, **loop), duration_s=1.0)
-    return runs.count_bounces(rows).oscillation_rad
+    return runs.count_bounces(rows).vibration_nm
 
 
 def share_error(beta: float, law: Law) -> float:

@@ -21,6 +21,7 @@ from functools import partial
 from rich.console import Console
 from rich.table import Table
 
+from torsio.perception import VIBRATION_NM
 from torsio.printed.scenes import MAX_TORQUE_NM
 from torsio_studies.common import Results, Study
 from torsio_studies.extremes import dynamics, figures, not_finite, numbers
@@ -290,26 +291,26 @@ def _rounding() -> Iterator[Case]:
 
 
 def _delay() -> Iterator[Case]:
-    left = partial(Case, "delay", "oscillation that is left after 1 s (rad)", runs.AT_REST_RAD)
-    oscillation = dynamics.bounce_oscillation_rad
-    late = oscillation(7.0, "paper", delay_ticks=1)
+    left = partial(Case, "delay", "torque above 20 Hz after 1 s (N m)", VIBRATION_NM)
+    vibration = dynamics.bounce_vibration_nm
+    late = vibration(7.0, "paper", delay_ticks=1)
     yield left(
         "a command acts in the tick that took the count",
         "7 N m/rad: a tick late, and not",
         late,
-        oscillation(7.0, "paper"),
+        vibration(7.0, "paper"),
     )
     yield left(
         "a faster loop has a shorter tick",
         "7 N m/rad, a tick late: 1 kHz, and 10 kHz",
         late,
-        oscillation(7.0, "paper", delay_ticks=1, rate_hz=10_000.0),
+        vibration(7.0, "paper", delay_ticks=1, rate_hz=10_000.0),
     )
     yield left(
         "the brake takes half of the torque, and dissipates",
         "1.5 N m/rad, a tick late: motor alone, and brake",
-        oscillation(1.5, "motor_only", delay_ticks=1),
-        oscillation(1.5, "paper", delay_ticks=1),
+        vibration(1.5, "motor_only", delay_ticks=1),
+        vibration(1.5, "paper", delay_ticks=1),
     )
 
 

@@ -13,7 +13,17 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from torsio import ActuatorConfig, ControlConfig, Curve, Detents, EndStops, Friction, Spring, Wall
+from torsio import (
+    ActuatorConfig,
+    BoardConfig,
+    ControlConfig,
+    Curve,
+    Detents,
+    EndStops,
+    Friction,
+    Spring,
+    Wall,
+)
 from torsio.closed_loop import InitialState, LoopOptions
 from torsio.printed.config import Law
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand, TorqueHand
@@ -57,6 +67,8 @@ _TOLD: Final = {
     "brake_drag_nm": 2.0,
     "brake_time_constant_s": 2.0,
 }
+_GAINS: Final = ("motor_torque_constant_nm_per_a", "brake_torque_constant_nm_per_a")
+_MOST_GAIN: Final = 1.2
 
 SPACE: Final[dict[str, tuple[float, float]]] = {
     **{f"true.{name}": (0.5, 2.0) for name in _TRUE},
@@ -74,10 +86,13 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "hand_nm_per_rad": (0.1, 10.0),
     "hand_kg_m2": (5e-7, 5e-6),
     "hand_damping": (0.02, 2.0),
+    **{f"told.{name}": (1.0 / _MOST_GAIN, _MOST_GAIN) for name in _GAINS},
+    "encoder_noise_counts": (0.01, 0.3),
 }
 """Bounds of the optimiser's variables, which move evenly in the logarithm.
 
-`weight` is a share of what can be held, `hand_damping` a share of the critical one.
+`weight` is a share of what can be held, `hand_damping` a share of the critical one. The gains move
+with electrics only, and the noise of a noisy encoder.
 """
 
 
@@ -94,6 +109,7 @@ class Case:
     counts: int
     electrics: bool
     belt: bool
+    noisy: bool
 
 
 @dataclass(frozen=True)
@@ -117,6 +133,7 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             number=number, law=law, scene=scene, hand=hand,
             rate_hz=int(random.choice(RATES_HZ)), counts=int(random.choice(COUNTS)),
             electrics=bool(random.random() < 0.3), belt=bool(random.random() < 0.2),
+            noisy=bool(random.random() < 0.3),
         )  # fmt: skip
         yield Batch(law, number, (case,), tries)
 
@@ -130,7 +147,7 @@ def values_of(point: np.typing.NDArray[np.float64]) -> dict[str, float]:
 
 
 def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
-    """Give the loop that a case and its values make."""
+    """Give the loop that a case and its values make; a gain that is not named is right."""
     plant = _plant(case, value)
     actuator = _told(plant, value)
     hand, initial = _hand(case, value, plant)
@@ -140,6 +157,7 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
         initial=initial,
         plant=plant,
         actuator=actuator,
+        board=_board(value) if case.electrics else None,
         control=ControlConfig(law=case.law, beta=value["beta"]),
         control_period_ns=round(1e9 / case.rate_hz),
         seed=case.number,
@@ -158,6 +176,7 @@ def _plant(case: Case, value: Mapping[str, float]) -> PlantParams:
     return PlantParams(
         **true,
         counts_per_rev=case.counts,
+        encoder_noise_counts=value["encoder_noise_counts"] if case.noisy else 0.0,
         shaft_hardening=ShaftHardening(
             knee_rad=value["knee_rad"], stiffness_factor=value["knee_factor"]
         ),
@@ -171,6 +190,13 @@ def _plant(case: Case, value: Mapping[str, float]) -> PlantParams:
 def _told(plant: PlantParams, value: Mapping[str, float]) -> ActuatorConfig:
     right = plant.matching_config()
     return replace(right, **{name: value[f"told.{name}"] * getattr(right, name) for name in _TOLD})
+
+
+def _board(value: Mapping[str, float]) -> BoardConfig:
+    right = BoardConfig()
+    gains = {name: value.get(f"told.{name}", 1.0) * getattr(right, name) for name in _GAINS}
+    # Nothing is held back, as where a board is told nothing.
+    return replace(right, motor_current_continuous_a=right.motor_current_max_a, **gains)
 
 
 def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:

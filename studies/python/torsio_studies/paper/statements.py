@@ -182,7 +182,8 @@ def _instability_near_the_shaft(rows: list[Results]) -> dict[str, str]:
         row for row in rows if abs(row["stiffness_nm_per_rad"] / runs.SHAFT_NM_PER_RAD - 1) < 0.25
     ]
     bounces = max((row["crossings"] for row in near), default=0)
-    swings = any(row["oscillation_rad"] >= runs.AT_REST_RAD for row in near)
+    left = ("crossings", "oscillation_rad", "vibration_nm")
+    swings = not all(runs.Bounces(*(row[name] for name in left)).at_rest for row in near)
     return _row(
         "scenario 1",
         "another instability where Kve = K",
