@@ -59,23 +59,20 @@ def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[Sc
         )
 
 
-def _names(of: Effect) -> tuple[list[str], set[str]]:
-    kind: Any = type(of)
-    return _names_of(kind)
-
-
-@cache
-def _names_of(kind: type[Any]) -> tuple[list[str], set[str]]:
+def _names_of(kind: Any) -> tuple[list[str], set[str]]:
     """Give the names of an effect's angles and of its torques."""
     names = [of.name for of in fields(kind)]
     angles = [of for of in names if of.endswith("_rad") and not of.endswith("_per_rad")]
     return angles, _TORQUES.intersection(names)
 
 
+_names: Callable[[Any], tuple[list[str], set[str]]] = cache(_names_of)
+
+
 def _degrees(of: Effect) -> SceneWarning | None:
     """Find an angle that looks as if somebody had written degrees."""
-    for name in _names(of)[0]:
-        if not (given := getattr(of, name)):
+    for name in _names(type(of))[0]:
+        if not (given := getattr(of, name)) or -1.0 <= given <= 1.0:  # looks like none
             continue
         angle_rad = float(given)
         turns = abs(angle_rad) / math.tau
@@ -93,7 +90,7 @@ def _most_nm(effects: list[Effect]) -> float:
 
     Those that grow with depth, speed or acceleration have none.
     """
-    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects if _names(of)[1]]
+    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects if _names(type(of))[1]]
     most_nm = 0.0
     for moment_s, *_ in asking:
         plays = [(low, high) for begin_s, end_s, low, high in asking if begin_s <= moment_s < end_s]
@@ -110,7 +107,7 @@ def _reach_nm(of: Effect) -> tuple[float, float]:
     if isinstance(of, _BOTH_WAYS):
         return -of.torque_nm, of.torque_nm
     values = [0.0]
-    for name in _names(of)[1]:
+    for name in _names(type(of))[1]:
         nm = getattr(of, name)
         values += nm if isinstance(nm, tuple) else [float(nm)]
     wave_nm = getattr(of, "amplitude_nm", 0.0)
