@@ -9,14 +9,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb
+from flint import arb, arb_mat
 
 import torsio
+from torsio.closed_loop import LoopOptions, simulate
+from torsio.printed.beginnings import InitialState
 from torsio.printed.hands import TorqueHand
 from torsio.printed.plant import Cogging, PlantParams
-from torsio_studies.enclosure.balls import DIGITS, enclose
+from torsio_studies.enclosure import evaluation
+from torsio_studies.enclosure.balls import DIGITS, Enclosure, UndecidedError, enclose
 from torsio_studies.enclosure.cases import Case, electric_case, emulate, random_case
 from torsio_studies.enclosure.evaluation import evaluate
+from torsio_studies.enclosure.flows import Mode, matrix_of
 from torsio_studies.enclosure.search import SPACE, extreme_case, search
 from torsio_studies.enclosure.study import evaluate_once, scenes
 from torsio_studies.execution import execute
@@ -123,6 +127,67 @@ def test_current_of_the_emulator_is_within_rounding_of_the_truth(number: int) ->
     assert row["current_error"] < 1e-12
 
 
+@pytest.mark.parametrize(
+    ("share", "events"), [(-(2.0**-16), []), (0.0, None), (2.0**-16, ["knob starts"])]
+)
+def test_torque_that_jumps_to_just_the_friction_is_declared_undecided(
+    share: float, events: list[str] | None
+) -> None:
+    # A third of a radian a second, times a damping with a factor of 3: only in truth a whole ball.
+    friction = 2.0**-9
+    hand = torsio.ImpedanceHand(
+        stiffness_nm_per_rad=1.0, damping_nm_s_per_rad=3.0 * friction, inertia_kg_m2=2.0**-14,
+        intended_angle_rad=[(0.0, 0.0), (2.0**-10, 0.0), (2.0**-8, 2.0**-10)],
+    )  # fmt: skip
+    plant = replace(ALONE, knob_coulomb_nm=friction * (1.0 + share))
+    nothing = np.zeros(3)
+    given: Any = (plant, hand_torque(hand), nothing, nothing)
+    if events is None:
+        with pytest.raises(UndecidedError, match="too near 0 where a command or a hand jumps"):
+            enclose(*given, period_s=2.0**-10, digits=100)
+    else:
+        run = enclose(*given, period_s=2.0**-10, digits=100)[1]
+        assert run.events == events  # it lets go in the jump, or a moment later
+        assert run.friction[0] == 1
+
+
+def test_ball_about_zero_is_never_judged_by_its_middle() -> None:
+    case = random_case(0)
+    run = Enclosure(case.plant, hand_torque(case.hand), digits=50)
+    run.friction[0] = -1
+    run._leave_corner()
+    assert run.cog == -1  # exactly on the corner
+    run.cog, about = 0, arb(0, 1e-40)
+    run.state[0, 0] = about
+    with pytest.raises(UndecidedError, match="too near 0"):
+        run._leave_corner()
+    run.play = 1  # and the current may be above the next command, or below it
+    run.state[8, 0] = 0.01 + about
+    with pytest.raises(UndecidedError, match="too near 0"):
+        run.advance(1e-3, 0.0, 0.01)
+    # x'' = 1, from 0 with a speed that may be negative.
+    mode = Mode(matrix_of([{1: arb(1)}, {2: arb(1)}, *[{}] * 13]), [("x", {0: arb(1)})])
+    for speed, verdict in ((arb(0), "none"), (about, "?"), (arb(1e-40), "none")):
+        state = arb_mat([[arb(0)], [speed], [arb(1)], *[[arb(0)]] * 12])
+        inside = state + arb_mat([[arb(0)], [arb(0).union(1)], *[[arb(0)]] * 13])
+        assert mode.stays[0].looks(state, inside, inside, "", is_last=False) == verdict
+
+
+def test_digits_that_are_proven_stay_where_more_digits_decide_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def few(*given: Any, digits: int, **more: Any) -> Any:
+        if digits > 100:
+            raise UndecidedError
+        return enclose(*given, digits=digits, **more)
+
+    monkeypatch.setattr(evaluation, "enclose", few)
+    monkeypatch.setattr(evaluation, "DIGITS", 100)  # wanted, so more are tried
+    (row,) = evaluate(random_case(5, 3))
+    assert row["decided"]
+    assert DIGITS < row["digits"] < 100
+
+
 def test_ball_tells_a_parameter_from_the_next_one() -> None:
     case = random_case(5, 20)
     inertia = float(np.nextafter(case.plant.knob_inertia_kg_m2, 1.0))
@@ -170,6 +235,23 @@ def test_hill_of_cogging_magnifies_what_rounding_there_is(push_nm: float, most_r
     (row,) = evaluate(Case("hill", plant, hand, at_rest, at_rest, period_ns=1_700_000))
     assert row["decided"]
     assert 1e-3 * most_rad < row["error"] * row["range_rad"] < most_rad
+
+
+def test_motion_at_1e12_turns_repeats_the_bits_of_that_at_none() -> None:
+    case = random_case(5)
+    near, far = (
+        simulate(
+            LoopOptions(
+                scene=torsio.Damper(damping_nm_s_per_rad=1e-3), plant=case.plant, hand=case.hand,
+                initial=InitialState(revolutions=turns),
+            ),
+            duration_s=0.06,
+        )
+        for turns in (0, 10**12)
+    )  # fmt: skip
+    assert np.ptp(near["speed_rad_s"]) > 0.1
+    for name in set(near.dtype.names or ()) - {"angle_rad", "brake_angle_rad"}:
+        assert np.array_equal(near[name], far[name]), name
 
 
 def test_a_case_is_evaluated_once_until_the_emulator_moves_otherwise(tmp_path: Path) -> None:

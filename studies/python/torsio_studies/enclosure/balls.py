@@ -6,8 +6,9 @@ zero is proven: before it the function's enclosure is positive, its derivative h
 and Newton's method in intervals narrows it. Parameters and commands are the exact values of their
 64-bit numbers.
 
-Two things are taken for granted. A function that an event has just made 0 is exactly 0 there. An
-event within 1e-45 s of the end of a piece of time happens at the begin of the next one.
+No ball is judged by its middle. If it holds 0, the piece of time is split; if that does not help,
+or at a jump, the plant is undecided. A function of which an event is the first zero is 0 there in
+truth, and the others are not negative.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from torsio_studies.enclosure.flows import (
     UndecidedError,
     both,
     matrix_of,
+    since_before,
 )
 from torsio_studies.fidelity.truth import HandTorque
 
@@ -85,10 +87,11 @@ class Enclosure:
     def advance(self, end_s: float, motor_command_nm: float, brake_command_nm: float) -> None:
         """Go on to a time while these commands, or shares of the supply, are held."""
         motor, command = self._targets(motor_command_nm, brake_command_nm)
+        # Under the same command the current does not turn.
+        if self.play and not (command - self.state[_CB, 0]).is_zero():
+            self.play *= not self._is_surely(self.play * (self.state[_I, 0] - command))
         self._set(_CM, motor)
         self._set(_CB, command)
-        if self.play * (command - self.state[_I, 0]) < 0:
-            self.play = 0
         now_s = float(self._time_s.mid())
         while now_s < end_s:
             force, slope, piece_end_s = self._hand_at(now_s)
@@ -281,22 +284,24 @@ class Enclosure:
             end = flow * self.state
         else:
             end, within = mode.moved(self.state, width), mode.within(width, depth)
+        # Exact if it is: a hand's torque may come to just the friction at a period's end.
+        end[_F, 0] = self.state[_F, 0] + self.state[_S, 0] * width
         # What a state adds to its begin: large terms that cancel each other stay narrow.
-        return end, self.state + mode.matrix * (within * self.state) * arb(0).union(width)
+        return end, self.state + mode.matrix * (within * self.state) * since_before(width)
 
     def _go(self, left: Any) -> None:
         """Go on for a time in which nothing jumps."""
         self._span_s = left
         self._set(_T, arb(0))
         self._let_go()
-        touched = ""
+        name = ""
         while True:
-            found = self._first(left, touched)
+            found = self._first(left, name)
             if found is None:
                 return
             at, name, number = found
             left = left - at
-            touched = self._switch(name, number)
+            self._switch(name, number)
 
     def _let_go(self) -> None:
         """Release a shaft at rest if the torque exceeds its friction."""
@@ -304,7 +309,7 @@ class Enclosure:
         for end, demand in ((0, demands[0]), (1, demands[2])):
             for sign in (1, -1):
                 over = _sum((sign, demand), (-1, capacities[end]))
-                if not self.friction[end] and self._value(matrix_of([over])) > 0:
+                if not self.friction[end] and self._is_surely(self._value(matrix_of([over]))):
                     self.friction[end] = sign
         self._leave_corner()
 
@@ -312,12 +317,19 @@ class Enclosure:
         """Take the piece of cogging that a knob goes into which starts on a corner, backwards."""
         if self.cog is not None and self.friction[0] < 0:
             corner = {_A: arb(1), _ONE: -self.cog * self._piece_rad()}
-            self.cog -= bool(self._value(matrix_of([corner])).contains(0))
+            self.cog -= not self._is_surely(self._value(matrix_of([corner])))
+
+    @staticmethod
+    def _is_surely(value: Any) -> bool:
+        """Say whether a value is positive; a ball that holds 0 and more decides nothing."""
+        if value > 0 or value <= 0:
+            return bool(value > 0)
+        raise UndecidedError("a function is too near 0 where a command or a hand jumps")
 
     def _value(self, function: Any) -> Any:
         return (function * self.state)[0, 0]
 
-    def _first(self, left: Any, touched: str) -> tuple[Any, str, int] | None:
+    def _first(self, left: Any, after: str) -> tuple[Any, str, int] | None:
         """Move the state to the first event, or to the end; give when, and what it is."""
         mode, gone = self._modes(self._key()), arb(0)
         todo: list[tuple[Any, int | None, int]] = [(left, None, 0)]
@@ -326,6 +338,7 @@ class Enclosure:
             if self._pieces > self.most_pieces:
                 raise TooLongError
             width, level, depth = todo.pop()
+            is_last = not todo
             if level is None and arb(2.0**-mode.level) < width:
                 todo += [(width - arb(2.0**-mode.level), None, 0), (None, mode.level, 0)]
                 continue
@@ -333,7 +346,7 @@ class Enclosure:
             end, inside = self._span(width, level, depth)
             falling = []
             for number, stay in enumerate(mode.stays):
-                verdict = stay.looks(self.state, inside, end, stay.name == touched)
+                verdict = stay.looks(self.state, inside, end, after, is_last=is_last)
                 if verdict == "?":
                     break
                 if verdict == "one":
@@ -341,7 +354,7 @@ class Enclosure:
             else:
                 if falling:
                     return self._event(gone, width, inside, falling)
-                self.state, gone, touched = end, gone + width, ""
+                self.state, gone, after = end, gone + width, ""
                 continue
             if depth > _HALVINGS:
                 raise UndecidedError("a function touches 0")
@@ -378,8 +391,8 @@ class Enclosure:
         self.centred.leap(mode, middle, flow, stay, self.state)
         self.state = self.centred.box()
 
-    def _switch(self, name: str, number: int) -> str:
-        """Go over to the state after an event; give the function that is exactly 0 from there."""
+    def _switch(self, name: str, number: int) -> None:
+        """Go over to the mode after an event."""
         self.events.append(name)
         end = 1 if name.startswith("brake") else 0
         stays = self._modes(self._key()).stays
@@ -388,21 +401,17 @@ class Enclosure:
             held_other = stays[number - 1].name == name
             self.friction[end] = -1 if held_other else 1
             self._leave_corner()
-            return name.replace("starts", "stops")
-        if name.endswith("stops"):
+        elif name.endswith("stops"):
             self._set((_WA, _WB)[end], arb(0))
             self.friction[end] = 0
             self._let_go()
-            return name if self.friction[end] else ""
-        if name == "play":
+        elif name == "play":
             self.play = 1 if way[0, _I] < 0 else -1
-            return name
-        if name == "cogging":
+        elif name == "cogging":
             assert self.cog is not None
             self.cog += 1 if way[0, _A] < 0 else -1
-            return name
-        self.bend = (2 if way[0, _A] < 0 else 0) if self.bend == 1 else 1
-        return name
+        else:
+            self.bend = (2 if way[0, _A] < 0 else 0) if self.bend == 1 else 1
 
 
 def enclose(

@@ -28,23 +28,28 @@ def evaluate(case: Case, most_pieces: int | None = None) -> list[dict[str, Any]]
     motor, brake = np.array(case.motor_nm), np.array(case.brake_nm)
     torque = hand_torque(case.hand)
     row: dict[str, Any] = {"name": case.name, "periods": len(motor), "decided": False}
+    radius = math.inf
     for digits in _DIGITS:
         try:
-            balls, run, counts = enclose(
+            found = enclose(
                 case.plant, torque, motor, brake, period_s=1e-9 * case.period_ns, digits=digits,
                 most_pieces=most_pieces,
             )  # fmt: skip
         except UndecidedError as why:
-            row = {**row, "decided": False, "why": str(why)}
+            row["why"] = str(why)
             continue
-        if not balls:
-            return [{**row, "why": "takes too long"}]
-        radius = float(max(ball.rad() for some in balls for ball in some))
-        row = {**row, "periods": len(balls), "decided": True}
+        if not found[0]:
+            row["why"] = "takes too long"
+            break
+        # What fewer digits have proven stays so.
+        widest = float(max(ball.rad() for some in found[0] for ball in some))
+        if widest < radius:
+            radius, (balls, run, counts) = widest, found
         if radius < 10.0**-DIGITS:
             break
-    if not row["decided"]:
+    if radius == math.inf:
         return [row]
+    row = {**row, "periods": len(balls), "decided": True, "why": ""}
     middles = np.array([[float(ball.mid()) for ball in some] for some in balls])
     range_rad = float(np.abs(middles[:, :2]).max()) or 1.0
 

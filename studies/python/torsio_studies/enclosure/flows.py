@@ -10,10 +10,16 @@ import numpy as np
 from flint import arb, arb_mat, arb_poly, ctx
 from scipy.linalg import matrix_balance
 
-__all__ = ["COLUMNS", "Mode", "Row", "UndecidedError", "matrix_of"]
+__all__ = ["COLUMNS", "Mode", "Row", "UndecidedError", "matrix_of", "since_before"]
 
 COLUMNS: Final = 15
 _TIE: Final = 1e-45  # s
+_STILL: Final = {
+    ("knob starts", "knob stops"): 1,
+    ("knob starts", "cogging"): 2,
+    ("brake starts", "brake stops"): 1,
+}
+"""Derivative of a function that is exactly 0 after an event: friction just balances the torque."""
 _NEWTON: Final = 400
 _DERIVATIVES: Final = 3
 _FEW: Final = 30
@@ -35,6 +41,11 @@ def matrix_of(rows: Sequence[Row]) -> Any:
     return found
 
 
+def since_before(width: Any) -> Any:
+    """Give the times of a piece, from just before it on: a zero may be there."""
+    return arb(-_TIE).union(width)
+
+
 class Stay:
     """A function that stays positive in a mode; its derivatives along the flow, from the 0th."""
 
@@ -43,26 +54,28 @@ class Stay:
         for _ in range(_DERIVATIVES + 1):
             self.derivatives.append(self.derivatives[-1] * matrix)
 
-    def looks(self, here: Any, inside: Any, end: Any, zero: bool) -> str:
-        """Say whether a function surely has no zero in a piece of time, surely one, or neither."""
+    def looks(self, here: Any, inside: Any, end: Any, after: str, *, is_last: bool) -> str:
+        """Say whether a function surely has no zero in a piece of time, surely one, or neither.
+
+        In truth it is never negative at the begin, whatever its ball says: only such modes begin.
+        """
         value, slope, *more = self.derivatives
-        rate = (slope * inside)[0, 0]
-        if rate > 0 or (not zero and (value * inside)[0, 0] > 0):
+        rate, begin = (slope * inside)[0, 0], (value * here)[0, 0]
+        if rate >= 0 or (value * inside)[0, 0] > 0:
             return "none"
-        begin = (value * here)[0, 0]
-        if rate == 0 and begin >= 0:  # such as of a knob that is held
-            return "none"
-        if not rate < 0 and (begin == 0 or (zero and begin.contains(0))):
-            # It rises from 0 if one derivative is positive, and none before it is negative there.
-            for before, after in zip([slope, *more], more, strict=False):
-                if (before * here)[0, 0] < 0:
+        if not rate < 0 and begin.contains(0):
+            # It rises if one derivative is positive, and none before it is negative there.
+            for order, before, above in zip(range(1, 9), [slope, *more], more, strict=False):
+                if _STILL.get((after, self.name)) != order and not (before * here)[0, 0] >= 0:
                     break
-                if (after * inside)[0, 0] > 0:
+                if (above * inside)[0, 0] > 0:
                     return "none"
             return "?"
         if rate < 0:
             last = (value * end)[0, 0]
-            if last > 0 or (last.contains(0) and last.rad() < _TIE * abs(rate.mid())):
+            # A zero that may be just behind the end belongs to the next piece, if there is one.
+            behind = last.abs_upper() < _TIE * rate.abs_lower() and not is_last
+            if last >= 0 or (behind and last.contains(0)):
                 return "none"
             if last < 0:
                 return "one"
@@ -75,7 +88,7 @@ class Stay:
             arb_poly([(row * term)[0, 0] for term in terms]) + (row * left)[0, 0]
             for row in self.derivatives[:2]
         )
-        span, steepest = arb(-_TIE).union(width), (self.derivatives[1] * inside)[0, 0]
+        span, steepest = since_before(width), (self.derivatives[1] * inside)[0, 0]
         for _ in range(_NEWTON):
             middle = arb(span.mid())
             nearer = rate(span / width)
@@ -172,7 +185,7 @@ class Mode:
         """Give the flow of all times in a piece. A sign asks for few digits until it is small."""
         digits, ctx.dps = ctx.dps, min(ctx.dps, 30 + 5 * depth)
         try:
-            return (self.matrix * arb(0).union(width)).exp()
+            return (self.matrix * since_before(width)).exp()
         finally:
             ctx.dps = digits
 
