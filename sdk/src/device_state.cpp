@@ -120,6 +120,12 @@ void DeviceState::lose() {
   tell_event("state_changed", 0, link_.newest_tick());
 }
 
+/// Whether this is the reason of a disarming that had none.
+bool DeviceState::explains(const Said& said, DisarmReason why) const {
+  return last_disarm_ && last_disarm_->reason == DisarmReason::unknown && state_ == said.state &&
+         why != DisarmReason::unknown;
+}
+
 /// Takes over what the device has said about itself. If that means that its torque is gone, keeps
 /// why.
 void DeviceState::become(const Said& said, DisarmReason why) {
@@ -127,9 +133,7 @@ void DeviceState::become(const Said& said, DisarmReason why) {
   if (why == DisarmReason::unknown && fading_) why = *fading_;
   const bool falls = state_ == State::armed && said.state != State::armed;
   // A health report may have been quicker than the event that has the reason.
-  const bool explains = last_disarm_ && last_disarm_->reason == DisarmReason::unknown &&
-                        state_ == said.state && why != DisarmReason::unknown;
-  if (falls || explains) {
+  if (falls || explains(said, why)) {
     last_disarm_ =
         Disarm{why, fault_names(said.faults), said.tick, conversion::time_s(said.tick, identity_)};
     if (falls) ++disarms_;

@@ -75,6 +75,7 @@ class DeviceState {
     std::uint64_t tick;
   };
 
+  [[nodiscard]] bool explains(const Said& said, DisarmReason why) const;
   void become(const Said& said, DisarmReason why);
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
 

@@ -129,10 +129,7 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
 
     if (wall >= ask_at) {
       lock.unlock();
-      if (interrupted_ && unasked_ == 0 && interrupted_()) {
-        throw Interrupted("interrupted by the program that uses the knob");
-      }
-      if (time_is_virtual()) std::this_thread::sleep_for(kStandAside);
+      ask_user();
       ask_at = steady_clock::now() + kAskUserEvery;
       lock.lock();
     } else if (time_is_virtual()) {
@@ -148,6 +145,13 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
                                                                    left, kAskUserEvery)));
     }
   }
+}
+
+void Link::ask_user() {
+  if (interrupted_ && unasked_ == 0 && interrupted_()) {
+    throw Interrupted("interrupted by the program that uses the knob");
+  }
+  if (time_is_virtual()) std::this_thread::sleep_for(kStandAside);
 }
 
 void Link::sleep(std::int64_t duration_ns) {

@@ -137,6 +137,8 @@ class Link {
   class Tap;
 
   void throw_if_gone() const;
+  /// Without the lock.
+  void ask_user();
   template <class Act>
   void on_transport(Act&& act);
   void log(bool sent, const protocol::ReportBytes& report);
