@@ -142,3 +142,9 @@ def test_knob_that_a_hand_moves_does_not_stick() -> None:
     hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 1.0)])
     rows = closed_loop.simulate(closed_loop.LoopOptions(hand=hand), duration_s=0.1)
     assert not rows["knob_sticks"].any()
+
+
+def test_run_begins_in_the_turn_that_it_is_given() -> None:
+    initial = closed_loop.InitialState(revolutions=3, angle_rad=0.5)
+    rows = closed_loop.simulate(closed_loop.LoopOptions(initial=initial), duration_s=1e-3)
+    assert rows["angle_rad"][0] == pytest.approx(6.0 * math.pi + 0.5)
