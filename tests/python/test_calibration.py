@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import torsio
 from torsio import calibration
 from torsio.apps.cli import app
-from torsio.apps.commands.calibrate import save, words_of
+from torsio.apps.commands.calibrate import draw, save, words_of
 from torsio.apps.doctor.examination import missing
 from torsio.calibration import brake, numeric, report, steps
 from torsio.calibration.proposal import certain_assist_nm
@@ -344,6 +344,11 @@ def test_findings_on_an_emulated_knob_are_said_to_end_with_the_command(
     with torsio.open("emulated") as knob:
         save(knob, found[0], Console(file=text, width=200))
     assert f"until this command ends, and all that was found in {data_folder}" in text.getvalue()
+
+
+def test_picture_of_the_fits_is_one(found: Any, tmp_path: Path) -> None:
+    draw(found[0], tmp_path / "fits.png", Console(file=io.StringIO()))
+    assert (tmp_path / "fits.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
