@@ -23,7 +23,7 @@ from rich.console import Console
 
 import torsio
 from torsio import batch, calibration
-from torsio.common import screen
+from torsio.common import checks, screen
 
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
 HAND = torsio.EmulatorOptions(hand=torsio.TorqueHand(torque_nm=0.03))
@@ -392,3 +392,12 @@ def test_table_cuts_no_name_on_a_narrow_terminal() -> None:
     text = io.StringIO()
     Console(file=text, width=80).print(made)
     assert name in text.getvalue()
+
+
+def test_every_data_class_that_may_hold_much_is_shown_in_short() -> None:
+    classes, seen = [checks.ShortRepr], []
+    while classes:
+        seen.append(classes.pop())
+        classes += seen[-1].__subclasses__()
+    assert len(seen) > 10
+    assert [one for one in seen if one.__repr__ is not checks.ShortRepr.__repr__] == []

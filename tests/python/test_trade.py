@@ -24,7 +24,7 @@ from torsio.trading import extremes as stretching
 from torsio.trading.answers import board_shares, pasteable
 from torsio.trading.runs import Kept, Runs, Variant
 from torsio.trading.sources import EVERYTHING, configured, options_of
-from torsio.trading.visits import Difference, Visit, differ, felt_nm
+from torsio.trading.visits import Difference, Visit, differ, edges_rad, felt_nm
 from torsio.trading.words import lines
 
 COGGING = torsio.Cogging.sine(periods_per_rev=12, amplitude_nm=2e-3)
@@ -428,3 +428,7 @@ def test_inertia_that_was_calibrated_is_the_plant_s() -> None:
     actuator = torsio.ActuatorConfig(brake_inertia_kg_m2=3e-6)
     plant = configured(actuator, torsio.ShaftConfig(), EVERYTHING)
     assert plant.brake_inertia_kg_m2 == pytest.approx(3e-6)
+
+
+def test_effect_without_a_place_has_no_edges() -> None:
+    assert edges_rad([torsio.Constant(torque_nm=0.01), WALL]).tolist() == [WALL.angle_rad]
