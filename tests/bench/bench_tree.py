@@ -40,7 +40,8 @@ def told_by(tool: str, *arguments: str | Path) -> str:
 
 
 def complexities(folder: Path) -> list[tuple[int, str]]:
-    rows = csv.reader(told_by("lizard", "-l", "cpp", "--modified", "--csv", folder).splitlines())
+    languages = ("-l", "cpp", "-l", "typescript")
+    rows = csv.reader(told_by("lizard", *languages, "--modified", "--csv", folder).splitlines())
     every = ("--select", "C901", "--config", "lint.mccabe.max-complexity=0")
     python = told_by("ruff", "check", "--isolated", *every, "--output-format", "concise", folder)
     found = re.findall(r"C901 `(.+?)` is too complex \((\d+) > 0\)", python)

@@ -9,7 +9,11 @@ import pytest
 
 from tests.board.pico import EmulatedPico, restart_saved, rewired
 
+COUNTS_PER_REV = 8192
 MOTOR_NM_PER_A = 0.05
+BRAKE_NM_PER_A = 0.44
+BRAKE_OHM = 40
+SUPPLY_V = 12
 MOTOR_MAX_NM = 85e-3
 
 
@@ -23,16 +27,6 @@ def _wall(pico: EmulatedPico, side: str = "above", beta: float = 0.5) -> None:
     assert pico.set("control_config", beta=beta, passive_ramp_s=0.005)["status"] == 0
     pico.arm_at_wall(side=side)
     pico.run(6)
-
-
-def test_no_torque_before_arming(pico: EmulatedPico) -> None:
-    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 2.0}
-    pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)
-    pico.send("commit", active=1)
-    pico.turn(200)
-    pico.run(5)
-    assert pico.motor() is None
-    assert pico.brake() is None
 
 
 def test_default_lag_of_the_motor_is_that_of_the_boards_own_current_loop(
@@ -93,6 +87,49 @@ def test_counter_wraps_at_32_bits_in_both_directions_unnoticed(pico: EmulatedPic
         position += edges
         assert _position(pico) == position
         assert pico.do("encoder_counter") == counter
+
+
+def test_narrow_counter_and_reversed_encoder_are_configuration(pico: EmulatedPico) -> None:
+    pico.set("actuator_config", counts_per_rev=64, counter_bits=8, encoder_reversed="on")
+    before = _position(pico)
+    for _ in range(10):
+        pico.turn(50, period_us=20)
+    assert _position(pico) - before == -500
+
+
+def test_no_torque_before_arming(pico: EmulatedPico) -> None:
+    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 2.0}
+    pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)
+    pico.send("commit", active=1)
+    pico.turn(200)
+    pico.run(5)
+    assert pico.motor() is None
+    assert pico.brake() is None
+
+
+@pytest.mark.parametrize(("side", "direction"), [("above", 1), ("below", -1)])
+def test_wall_makes_the_motor_push_back(pico: EmulatedPico, side: str, direction: int) -> None:
+    _wall(pico, side)
+    assert pico.motor() == pytest.approx(0, abs=2 * pico.model.pwm_step)
+    pico.turn(-20 * direction)
+    pico.run(2)
+    assert pico.motor() == pytest.approx(0, abs=2 * pico.model.pwm_step)  # outside of it
+    pico.turn(40 * direction)
+    pico.run(4)
+    motor = pico.motor()
+    assert motor is not None
+    assert motor * direction < -0.05
+
+
+@pytest.mark.parametrize("beta", [0.25, 0.75])
+def test_brake_voltage_follows_beta(pico: EmulatedPico, beta: float) -> None:
+    _wall(pico, beta=beta)
+    pico.turn(50)
+    pico.run(2)
+    depth_rad = 50 * 2 * 3.14159265 / COUNTS_PER_REV
+    torque_nm = 2.0 * depth_rad
+    wanted = beta * torque_nm / BRAKE_NM_PER_A * BRAKE_OHM / SUPPLY_V
+    assert pico.brake() == pytest.approx(wanted, abs=1.5 * pico.model.pwm_step)
 
 
 @pytest.mark.parametrize("zero", [2048, 1900])

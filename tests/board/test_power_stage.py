@@ -27,6 +27,12 @@ def test_reversed_motor_pushes_the_other_way_and_its_current_is_held() -> None:
             assert pico.do("amperes") == pytest.approx(MOTOR_A, abs=0.02)
 
 
+def test_brake_current_is_limited() -> None:
+    with rewired(brake_current_max_a=0.05) as pico:
+        _push_hard(pico)
+        assert pico.brake() == pytest.approx(0.05 * 40 / 12, abs=pico.model.pwm_step)
+
+
 def test_over_current_is_a_fault_after_three_measurements_at_one_and_a_half_times_the_limit(
     pico: EmulatedPico,
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 import torsio
 from torsio.demos import wall, wall_figure
+from torsio.printed.plant import PlantParams
 from torsio.telemetry import TRUTH_DTYPE
 
 STIFFNESS = 1.5
@@ -142,3 +144,24 @@ def test_shortcomings_name_everything_that_is_not_as_it_should_be(
     assert len(found) == len(words)
     for sentence, word in zip(found, words, strict=True):
         assert word in sentence
+
+
+def test_demo_is_bit_by_bit_what_it_was_before_the_field_lists() -> None:
+    # Figures of commit 8e0834a5, with the default lag of a motor there.
+    plant = PlantParams(motor_time_constant_s=0.1e-3)
+    options = torsio.EmulatorOptions(plant=plant, log_truth=True)
+    with torsio.open("emulated", emulator=options) as knob:
+        visit = wall.run(knob)
+    felt = {
+        "angle_rad": visit.angle_rad,
+        "desired_torque_nm": visit.desired_torque_nm,
+        "spring_torque_nm": visit.spring_torque_nm,
+        "motor_command_nm": visit.motor_command_nm,
+    }
+    found = {name: sha256(column.tobytes()).hexdigest()[:16] for name, column in felt.items()}
+    assert found == {
+        "angle_rad": "e5a314967360c8bb",
+        "desired_torque_nm": "1f4b3a03b0ffa285",
+        "spring_torque_nm": "41baf3dc8f7fc0be",
+        "motor_command_nm": "65c4d1284ace8856",
+    }

@@ -83,7 +83,7 @@ INSTRUCTIONS: Final[dict[str, dict[str, int]]] = {
 }
 
 TIMES_NS: Final[dict[str, dict[str, float]]] = {
-    "pico2": {"period": 50_000, "empty": 6_500, "instruction": 12.2},
-    "pico": {"period": 100_000, "empty": 33_200, "instruction": 7.2},
+    "pico2": {"period": 50_000, "empty": 6_600, "instruction": 12.2},
+    "pico": {"period": 100_000, "empty": 31_600, "instruction": 7.6},
 }
 """The last is the slope of the table of damped walls: 16 of them on pico2, 6 on pico."""

@@ -48,7 +48,7 @@ class BoardCost:
 BOARDS: Final = {
     "pico2": BoardCost(
         period_ns=50000,
-        empty_ns=6500,
+        empty_ns=6600,
         instruction_ns=12.2,
         empty=171,
         law=26,
@@ -76,8 +76,8 @@ BOARDS: Final = {
     ),
     "pico": BoardCost(
         period_ns=100000,
-        empty_ns=33200,
-        instruction_ns=7.2,
+        empty_ns=31600,
+        instruction_ns=7.6,
         empty=1836,
         law=515,
         laws={

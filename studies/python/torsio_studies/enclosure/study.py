@@ -135,11 +135,14 @@ def show(results: Results, console: Console) -> None:
         f"with electrics, {len(circuits)} plants: {min(row['digits'] for row in circuits):.0f} "
         f"digits, angles {most['error']:.1e}, current {most['current_error']:.1e}",
     )
-    worst = results["extremes"][0]
+    extremes = results["extremes"]
+    tries, undecided, cut = (
+        sum(row[name] for row in extremes) for name in ("tries", "undecided", "cut")
+    )
     line(
         console,
-        f"the worst of {sum(row['tries'] for row in results['extremes'])} extreme plants: "
-        f"{worst['error']:.1e} of the angle, or rad where that is less",
+        f"the worst of {tries} extreme plants: {extremes[0]['error']:.1e} of the angle, or rad "
+        f"where that is less; {undecided} undecided, {cut} for their first periods only",
     )
     losses = table("in a period with", "the error grows at most by", words=1)
     for name, growth in results["losses"].items():
