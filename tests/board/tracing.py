@@ -134,6 +134,9 @@ def _read(passed: list[Any], trace: Trace) -> None:  # noqa: C901 - a table
                 trace.lines.append("next")
                 if registers[0] & 0xFF:
                     trace.reports.append(memory)
+    if ticks > len(trace.outputs):  # the trace has ended within a tick
+        last = next(n for n, line in enumerate(reversed(trace.lines)) if line.startswith("tick"))
+        del trace.lines[-1 - last :]
 
 
 def _answered_at(passed: list[Any]) -> int | None:
