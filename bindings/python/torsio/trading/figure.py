@@ -14,7 +14,7 @@ from torsio.trading.runs import HIGHEST_HZ
 __all__ = ["panel", "save_figure"]
 
 _LEAST_JNDS = 1e-3
-_NAMES_AT, _APART = 0.3, 1.6  # of names: how far left of the point, and the least distance
+_NAMES_AT, _ROOM, _APART = 2.0, 25.0, 1.6  # of names right of all points, and between names
 
 
 def _shown(row: Row) -> tuple[float, float]:
@@ -40,13 +40,13 @@ def panel(axes: Axes, found: Trade, title: str) -> None:
         if len(row.variant.left_out) == 1 and row.variant.rate_hz == HIGHEST_HZ
     ]
     # From the largest change downwards, so far apart that each can be read.
-    place = axes.get_ylim()[1]
+    place, dearest = axes.get_ylim()[1], max(_shown(row)[0] for row in tried)
+    axes.set_xlim(right=_ROOM * dearest)
     for (x, y), name in sorted(alone, key=lambda one: -one[0][1]):
         place = min(place / _APART, y)
         axes.annotate(
-            f"no {name}", (x, y), (_NAMES_AT * x, place), fontsize=8, color=TEXT, va="center",
-            ha="right", arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.5},
-            bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5},
+            f"no {name}", (x, y), (_NAMES_AT * dearest, place), fontsize=8, color=TEXT,
+            va="center", ha="left", arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.5},
         )  # fmt: skip
     axes.set_xlabel("CPU time for a second of the knob, ms")
 

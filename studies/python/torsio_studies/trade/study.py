@@ -96,7 +96,7 @@ def _draw(figure: Figure, found: dict[str, Any]) -> None:
         figure,
         "How exact must it be?",
         "Each point leaves out parts or lowers the control rate. Left is cheaper, low is truer. "
-        "Grey is what nobody would feel.",
+        "In the shade it is felt less than was wanted; the lowest line is 0.001 JND or less.",
     )
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, labelcolor=TEXT)
