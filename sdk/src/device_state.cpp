@@ -49,11 +49,16 @@ DeviceState::Order::Order(DeviceState& device, protocol::Op op)
     : device_(device),
       arms_(op == protocol::Op::arm),
       disarms_(op == protocol::Op::disarm || op == protocol::Op::stop) {
-  if (arms_) device_.may_drive_ = true;
+  if (arms_) {
+    ++device_.arming_;
+    device_.rested_ = false;
+    device_.may_drive_ = true;
+  }
   if (disarms_) ++device_.disarming_;
 }
 
 DeviceState::Order::~Order() {
+  if (arms_) --device_.arming_;
   if (disarms_) --device_.disarming_;
 }
 
@@ -143,7 +148,8 @@ void DeviceState::become(const Said& said, DisarmReason why) {
   state_ = said.state;
   owner_ = said.owner;
   drives_ = state_ == State::armed && owner_ == Owner::sdk;
-  is_others_ = state_ == State::armed && owner_ != Owner::sdk;
+  if (state_ != State::armed && arming_ == 0) rested_ = true;
+  is_others_ = state_ == State::armed && owner_ != Owner::sdk && rested_;
 }
 
 void DeviceState::tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick) {

@@ -81,8 +81,10 @@ class DeviceState {
 
   Link& link_;
   std::atomic<int> disarming_{0};       // orders to disarm that are under way
+  std::atomic<int> arming_{0};          // and to arm
   std::atomic<bool> drives_{false};     // armed, as last heard of, and the SDK owns it
   std::atomic<bool> is_others_{false};  // armed, and somebody else does
+  std::atomic<bool> rested_{true};      // disarmed at some time since the last order to arm
   std::atomic<bool> may_drive_{false};  // told to arm; no order to disarm was answered since
   protocol::Identity identity_;
   State state_ = State::disarmed;

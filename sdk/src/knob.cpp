@@ -252,7 +252,7 @@ void Knob::excite(const Excitation& excitation) {
 }
 
 void Knob::load_defaults() {
-  impl().session.requests.command(protocol::Op::load_defaults);
+  impl().while_unsure([this] { impl().session.requests.command(protocol::Op::load_defaults); });
   impl().look_again();
 }
 

@@ -112,6 +112,9 @@ class Knob::Impl {
     } else if constexpr (std::is_same_v<Config, ActuatorConfig>) {
       session.requests.set(
           conversion::to_wire(config, rule, session.requests.get<protocol::BoardConfig>()));
+    } else if constexpr (std::is_same_v<Config, ControlConfig>) {
+      const protocol::ControlConfig wire = conversion::to_wire(config);
+      while_unsure([&] { session.requests.set(wire); });
     } else {
       session.requests.set(conversion::to_wire(config));
     }
@@ -126,6 +129,17 @@ class Knob::Impl {
     Config changed = of(part).template config<Config>();
     change(changed);
     of(part).configure(changed);
+  }
+
+  /// Until the device has said whether it is autonomous, close() lets go.
+  void while_unsure(const std::function<void()>& change) {
+    const bool was = autonomous_.exchange(false);
+    try {
+      change();
+    } catch (const Refused&) {
+      autonomous_ = was;
+      throw;
+    }
   }
 
   void note(const protocol::ControlConfig& config) {

@@ -106,7 +106,7 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
   std::unique_lock lock(mutex_);
   const std::int64_t begin_ns = now_ns();
   const std::int64_t deadline_ns =
-      timeout_ns < INT64_MAX - begin_ns ? begin_ns + timeout_ns : INT64_MAX;
+      begin_ns > 0 && timeout_ns > INT64_MAX - begin_ns ? INT64_MAX : begin_ns + timeout_ns;
   auto ask_at = steady_clock::now() + kAskUserEvery;
   std::int64_t frame = begin_ns / kFrameNs;
   int still_frames = 0;

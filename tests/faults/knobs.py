@@ -64,7 +64,7 @@ class Device(torsio.Transport):
 
     def set_feature(self, report: bytes) -> bool:
         with self.lock:
-            return bool(self.device.set_feature(report))
+            return self.device.set_feature(report)[0] == 0  # else it stalls the request
 
     def now_ns(self) -> int:
         return int(self.device.time_ns)

@@ -11,6 +11,7 @@ import pytest
 
 import torsio
 from tests.faults.knobs import Device
+from torsio import protocol
 
 TICK_NS = 100_000
 
@@ -129,6 +130,101 @@ def test_what_a_transport_raises_is_told(
             knob.stop()
         assert not transport.is_armed  # the way still takes
     assert transport.closed == 1
+
+
+class Lying(Simulated):
+    """Its next acknowledgement says that a game has the knob."""
+
+    lies = False
+
+    def read(self, timeout_s: float) -> bytes | None:
+        report = super().read(timeout_s)
+        name, values = protocol.decode(report) if report is not None else ("", {})
+        if not self.lies or report is None or name != "acknowledgement":
+            return report
+        self.lies = False
+        del values["sequence"]
+        true, false = (protocol.encode(name, {**values, "owner": who}) for who in ("sdk", "game"))
+        return bytes(b if a != b else c for a, b, c in zip(true, false, report, strict=True))
+
+
+@pytest.mark.parametrize("order", ["arm", "keep"])
+def test_close_disarms_though_one_report_says_that_a_game_has_the_knob(order: str) -> None:
+    transport = Lying()
+    knob = torsio.open(transport)
+    knob.update(watchdog_s=60.0)
+    transport.lies = order == "arm"
+    knob.arm()
+    if order == "keep":
+        transport.lies = True
+        knob.play(torsio.Spring(stiffness_nm_per_rad=0.01))
+    assert not transport.lies
+    assert transport.is_armed
+    knob.close()
+    assert not transport.is_armed
+
+
+class Autonomous(Simulated):
+    """Takes a configuration, and then gives none."""
+
+    fails = fails_next = False
+
+    def get_feature(self, report_id: int) -> bytes | None:
+        if self.fails:
+            raise OSError("not now")
+        return super().get_feature(report_id)
+
+    def set_feature(self, report: bytes) -> bool:
+        self.fails = self.fails_next
+        return super().set_feature(report)
+
+
+@pytest.mark.parametrize("change", ["load_defaults", "update"])
+def test_close_disarms_a_knob_that_may_be_autonomous_no_more(change: str) -> None:
+    transport = Autonomous()
+    knob = torsio.open(transport)
+    knob.update(autonomous=True, watchdog_s=60.0)
+    transport.fails_next = True
+    transport.fails = change == "load_defaults"  # which is no feature report
+    call: Any = {
+        "load_defaults": knob.load_defaults,
+        "update": lambda: knob.update(autonomous=False),
+    }[change]
+    with pytest.raises(torsio.Error, match="not now"):
+        call()
+    transport.fails = transport.fails_next = False
+    assert transport.config("control")["autonomous"] == "off"
+    knob.arm()
+    assert transport.is_armed
+    knob.close()
+    assert not transport.is_armed
+
+
+def test_autonomous_knob_stays_so_when_another_configuration_is_refused() -> None:
+    transport = Simulated()
+    knob = torsio.open(transport)
+    knob.update(autonomous=True)
+    knob.arm()
+    with pytest.raises(torsio.Refused):
+        knob.update(autonomous=False)  # armed
+    knob.close()
+    assert transport.is_armed
+
+
+class Early(Simulated):
+    """Its clock begins before zero."""
+
+    def now_ns(self) -> int:
+        return super().now_ns() - 10**12
+
+    def advance_to(self, time_ns: int) -> None:
+        super().advance_to(time_ns + 10**12)
+
+
+def test_clock_may_begin_before_zero() -> None:
+    with torsio.open(Early()) as knob:
+        knob.sleep(0.01)
+        assert len(knob.record(0.1)) > 50
 
 
 class Relaying(Simulated):

@@ -42,7 +42,8 @@ class TORSIO_EXPORT ReportTap {
 /// open_transport().
 ///
 /// `read` and `advance_to` are called by one thread at a time. Any thread may call the others at
-/// any time, also while another thread is in `read`.
+/// any time, also while another thread is in `read`. Every member but `read` must come back: to
+/// close a knob waits for them.
 ///
 /// A member that finds the device gone throws Disconnected. Anything else derived from
 /// std::exception that comes out of `read` counts as Disconnected too, with its text.

@@ -13,7 +13,7 @@ class Transport(ABC):
     It moves whole reports of 64 bytes, as USB HID does. Everything above works the same over a
     cable, over the emulated device and over your own transport. `read` and `advance_to` are called
     by one thread at a time. Any thread may call the others at any time, also while another thread
-    is in `read`.
+    is in `read`. Every method but `read` must come back: to close a knob waits for them.
 
     A method that finds the device gone raises `Disconnected`. Any other exception of `read` counts
     as `Disconnected` too, with its text.
