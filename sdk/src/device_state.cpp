@@ -147,9 +147,15 @@ void DeviceState::become(const Said& said, DisarmReason why) {
   said_tick_ = said.tick;
   state_ = said.state;
   owner_ = said.owner;
-  drives_ = state_ == State::armed && owner_ == Owner::sdk;
-  if (state_ != State::armed && arming_ == 0) rested_ = true;
-  is_others_ = state_ == State::armed && owner_ != Owner::sdk && rested_;
+  note_owner();
+}
+
+/// Nobody takes the actuator from the SDK before it rests: a report that says so is nonsense.
+void DeviceState::note_owner() {
+  const bool is_ours = owner_ == Owner::sdk;
+  if (!is_armed() && arming_ == 0) rested_ = true;
+  drives_ = is_armed() && is_ours;
+  is_others_ = is_armed() && !is_ours && rested_;
 }
 
 void DeviceState::tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick) {

@@ -77,6 +77,7 @@ class DeviceState {
 
   [[nodiscard]] bool explains(const Said& said, DisarmReason why) const;
   void become(const Said& said, DisarmReason why);
+  void note_owner();
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
 
   Link& link_;
