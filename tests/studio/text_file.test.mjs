@@ -14,3 +14,7 @@ test("a mark in front says how the text is encoded", async () => {
   };
   for (const [name, bytes] of Object.entries(files)) assert.equal(await textOf(new Blob([Uint8Array.from(bytes)])), "{}", name);
 });
+
+test("a file that would fill the memory is refused", async () => {
+  await assert.rejects(textOf({ size: 2 ** 40 }), /bytes; a configuration has at most/);
+});
