@@ -24,9 +24,6 @@ FOLDERS = (*PRODUCT[:7], "examples", "tools", "tests", "docs")
 PRINTED = "Printed from the field lists"
 TOLD = {
     "instructions of a tick, one wall, `pico2`, `pico`": r"^\| one wall \| (.+) \| (.+) \|$",
-    "ns of a tick of the emulated device at 10 kHz": (
-        r"(?:^\| 10 kHz \| |and )(\d+)(?: ns at 10 kHz| \| \d,)"
-    ),
 }
 
 
