@@ -36,6 +36,7 @@ def shell(command: str) -> str:
 
 
 @pytest.mark.kernel("6.12")
+@pytest.mark.pulls_cable
 def test_printed_command_plugs_the_knob_in_and_usbip_detach_takes_it_out() -> None:
     emulate = torsio_command("emulate", "--port", "0", "--serial", "TOOL")
     listening, linux = emulate.output.readline(), emulate.output.readline()
