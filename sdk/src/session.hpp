@@ -27,8 +27,9 @@ class Session : private Link::Receiver {
   Session(std::unique_ptr<Transport> transport, SessionOptions options);
   ~Session() override;  ///< as close()
 
-  /// Disarms if `disarm_first` and the device is armed, and lets go of it. Waits for nobody but the
-  /// device, and not long. @returns false if the way did not take the order to disarm
+  /// Disarms if `disarm_first` and the device is armed, and lets go of it. After the order it waits
+  /// for the device, not long, and for an event's callback that runs. @returns false if the way did
+  /// not take the order to disarm
   bool close(bool disarm_first) noexcept;
   /// The first of it: the torque off. Asks nobody, throws nothing.
   void disarm_quietly() noexcept;
