@@ -11,13 +11,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
 
 import torsio
 from tests.python.test_firmware import image
-from torsio.apps.commands import settings
+from torsio.apps.commands import games, settings
 from torsio.calibration import keeping
 from torsio.common import whole_file
 from torsio.errors import Error
@@ -53,8 +54,9 @@ class Reader:
 Make = Callable[[Path, pytest.MonkeyPatch], Reader]
 
 
-def configuration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
-    knob, path = torsio.open("emulated"), folder / "knob.json"
+def loaded(module: ModuleType, path: Path, load: Callable[[], None], monkeypatch: Any) -> Reader:
+    """Make a reader of a command that configures a knob."""
+    knob = torsio.open("emulated")
 
     @contextmanager
     def opened(*_: object, changes: bool) -> Iterator[torsio.Knob]:
@@ -63,14 +65,25 @@ def configuration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
     def read() -> None:
         before = torsio.dump_config(knob)
         try:
-            settings.config_load_command(path)
+            load()
         except BaseException:
             assert torsio.dump_config(knob) == before
             raise
         torsio.load_config(knob, before)
 
-    monkeypatch.setattr(settings, "opened", opened)
+    monkeypatch.setattr(module, "opened", opened)
     return Reader(path, torsio.dump_config(knob).encode(), read, takes=("utf-16", "utf-32"))
+
+
+def configuration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
+    path = folder / "knob.json"
+    return loaded(settings, path, lambda: settings.config_load_command(path), monkeypatch)
+
+
+def profile(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
+    monkeypatch.setattr(games, "user_folder", lambda _: folder)
+    path = folder / "mine.json"
+    return loaded(games, path, lambda: games.profile_load_command("mine"), monkeypatch)
 
 
 def calibration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
@@ -99,20 +112,26 @@ def firmware(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     return Reader(path, image(), lambda: torsio.read_firmware(path), is_sealed=True)
 
 
+def serve(*options: str | Path) -> None:
+    """Start a server; with options that it takes it fails where it should listen."""
+    command = [SERVER, *options, "--address", "192.0.2.1"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
+    assert done.returncode in (1, 2), done
+    if "192.0.2.1" not in done.stderr:
+        raise Error(done.stderr)
+
+
 def hand(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     path = folder / "hand.txt"
+    valid = b"torque_nm\n0.0 0.0\n0.5 0.05  # push\n0.5 0.0\n"
+    takes = ("cut off", "latin-1")
+    return Reader(path, valid, lambda: serve("--hand", f"scripted:{path}"), takes=takes)
 
-    def read() -> None:
-        # A right one, in a place where nobody can listen.
-        command: list[str | Path] = [SERVER, "--hand", f"scripted:{path}", "--address", "192.0.2.1"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
-        assert done.returncode in (1, 2), done
-        if "192.0.2.1" not in done.stderr:
-            raise Error(done.stderr)
 
-    return Reader(
-        path, b"torque_nm\n0.0 0.0\n0.5 0.05  # push\n0.5 0.0\n", read, takes=("cut off", "latin-1")
-    )
+def storage(folder: Path, _: pytest.MonkeyPatch) -> Reader:
+    path = folder / "flash"
+    takes = ("flipped", "nothing", "nowhere")  # an empty slot, and a file that is to be
+    return Reader(path, b"\xff" * 1024, lambda: serve("--storage", path), takes=takes)
 
 
 def trade_config(folder: Path, _: pytest.MonkeyPatch) -> Reader:
@@ -139,7 +158,7 @@ def trade_kept(folder: Path, _: pytest.MonkeyPatch) -> Reader:
 READERS: dict[str, Make] = {
     made.__name__: made
     for made in (
-        *(configuration, calibration, recording, firmware, hand),
+        *(configuration, profile, calibration, recording, firmware, hand, storage),
         *(trade_config, trade_kept),
     )
 }

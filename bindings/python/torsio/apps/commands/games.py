@@ -264,7 +264,7 @@ def profile_load_command(name: ProfileName, device: Device = "") -> None:
         text = text_of(path)
     except FileNotFoundError:
         names = ", ".join(sorted(file.stem for file in path.parent.glob("*.json"))) or "none yet"
-        raise InvalidArgument(f"no profile {name!r}; there are: {names}") from None
+        raise InvalidArgument(f"{path}: no such profile; there are: {names}") from None
     with opened(device, err, changes=True) as knob:
         try:
             load_config(knob, text)
