@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 import shutil
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,42 +73,3 @@ def test_layer_check_finds_a_planted_violation(layered: LayeredTree, file: str, 
             planted.parent.rmdir()
     assert len(found) == 1
     assert found.pop().startswith(f"{file}:")
-
-
-@pytest.mark.parametrize(
-    ("file", "line", "contract"),
-    [
-        (
-            "bindings/python/torsio/batch.py",
-            "import torsio_studies",
-            "never the other way",
-        ),
-        (
-            "bindings/python/torsio/batch.py",
-            "from tests.python import wire",
-            "know nothing of",
-        ),
-        (
-            "bindings/python/torsio/errors.py",
-            "def planted() -> None:\n    from torsio import knob",
-            "in a circle",
-        ),
-        (
-            "studies/python/torsio_studies/actuators/trials.py",
-            "from torsio_studies.actuators import figure",
-            "in a circle",
-        ),
-    ],
-)
-def test_import_check_finds_a_planted_violation(
-    tmp_path: Path, file: str, line: str, contract: str
-) -> None:
-    for folder in check.PACKAGE_FOLDERS:
-        shutil.copytree(check.TREE / folder, tmp_path / folder)
-    with (tmp_path / file).open("a", encoding="utf-8") as stream:
-        stream.write(f"\n\n{line}\n")
-    command = check.import_linter(tmp_path)
-    result = subprocess.run(command, cwd=check.TREE, capture_output=True, text=True, check=False)
-    assert result.returncode == 1
-    assert re.search(rf"{contract}.* BROKEN", result.stdout)
-    assert "1 broken" in result.stdout

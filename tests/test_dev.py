@@ -145,19 +145,3 @@ def test_group_covers_what_its_tests_import(name: str, stamps: Path) -> None:
             if left:
                 missing[test] = left
     assert missing == {}
-
-
-@pytest.mark.parametrize("to_its_end", [True, False])
-def test_what_must_come_to_its_end_is_waited_for(tmp_path: Path, *, to_its_end: bool) -> None:
-    # Like apt: ended half-way, it leaves a system on which nobody can install.
-    program = (
-        "import pathlib, sys, time; from tools.dev import running\n"
-        "running.LOGS = pathlib.Path(sys.argv[1])\n"
-        "script = 'touch begun; sleep 2; touch ended'\n"
-        "running.later(running.run_logged, 'x', ['sh', '-c', f'cd {sys.argv[1]}; {script}'],\n"
-        f"              to_its_end={to_its_end})\n"
-        "while not (running.LOGS / 'begun').exists(): time.sleep(0.01)\n"
-        "running.stop_all()\n"
-    )
-    subprocess.run([sys.executable, "-c", program, tmp_path], cwd=TREE, check=True, timeout=60)
-    assert (tmp_path / "ended").exists() == to_its_end

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import importlib.metadata
 import re
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,35 +13,6 @@ import pytest
 from tools import prose
 
 TREE = Path(__file__).parent.parent
-
-
-def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [TREE / "dev", *arguments], capture_output=True, text=True, check=False, cwd="/"
-    )
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("nonsense",),
-        ("setup", "now"),
-        ("build", "fast"),
-        ("build", "dev", ""),
-        ("check", "--all"),
-        ("bench", "no_such_benchmark"),
-        ("bench", "../test"),
-        ("firmware", "pico"),
-        ("udev", "--force"),
-        ("udev", "--remove", "now"),
-        ("clean", "build"),
-    ],
-)
-def test_dev_refuses_bad_arguments_with_one_line_and_status_2(arguments: tuple[str, ...]) -> None:
-    result = _dev(*arguments)
-    assert result.returncode == 2
-    assert result.stdout == ""
-    assert re.fullmatch(r"torsio: error: .*\n", result.stderr)
 
 
 def test_version_of_the_package_is_the_one_in_cmake() -> None:

@@ -8,7 +8,7 @@ import sys
 import tarfile
 from pathlib import Path
 
-from tools import parts, sdist, wheel_pythons, wheel_trials
+from tools import sdist, wheel_pythons, wheel_trials
 
 TREE = Path(__file__).parent.parent
 
@@ -40,13 +40,6 @@ def test_two_sdists_have_the_same_bytes_and_all_that_a_wheel_is_built_of(tmp_pat
     assert sdist.unpack(made[0], source)
     assert not sdist.unpack(made[1], source)
     assert (source / "pyproject.toml").read_bytes() == (TREE / "pyproject.toml").read_bytes()
-
-
-def test_wheel_lists_its_own_parts_alone() -> None:
-    where = {"hidapi": "wheels", "mingw": "wheels for Windows", "TinyUSB": "wheels for Linux"}
-    listed = [parts.Part(name, "1", "MIT", files, "pypi/") for name, files in where.items()]
-    assert [part.name for part in parts.of_wheel(listed, is_windows=False)] == ["hidapi", "TinyUSB"]
-    assert [part.name for part in parts.of_wheel(listed, is_windows=True)] == ["hidapi", "mingw"]
 
 
 def test_first_steps_succeed_with_the_package_that_is_installed(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ update        the same in a firmware update
 thread        the same in the thread that writes a recording's file
 transport     each write and each read of a transport fails, is cut short, or gives nonsense
 files         each operation on a file fails: recordings, configurations, reports, firmware
-studies       the same of studies: results, stores
 allocations   each allocation of the example program in C fails
 """
 
@@ -99,12 +98,12 @@ def _library(folder: Path) -> Path:
     return library
 
 
-def of_files(every: int, *names: str, module: str = "tests.faults.files") -> Iterator[Outcome]:
-    """Let each operation on a file fail; all of the module's if none is named."""
+def of_files(every: int, *names: str) -> Iterator[Outcome]:
+    """Let each operation on a file fail; all of ``files.py`` if none is named."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "LD_PRELOAD": str(_library(Path(folder)))}
         done = subprocess.run(
-            [sys.executable, "-m", module, str(every), *names],
+            [sys.executable, "-m", "tests.faults.files", str(every), *names],
             env=environment, cwd=TREE, capture_output=True, text=True, check=False,
         )  # fmt: skip
         for line in done.stdout.splitlines():
@@ -164,7 +163,6 @@ PARTS: dict[str, Callable[[int], Iterator[Outcome]]] = {
     "thread": of_thread,
     "transport": cables.trials,
     "files": of_files,
-    "studies": lambda every: of_files(every, module="tests.studies.files"),
     "allocations": of_allocations,
 }
 

@@ -15,7 +15,7 @@ import threading
 import traceback
 import warnings
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -262,17 +262,17 @@ def trial(failing: Failing, scenario: Scenario, at: int, error: int) -> tuple[st
             return f"{type(caught).__name__} afterwards: {caught}", count
 
 
-def main(scenarios: Mapping[str, Scenario], every: int, names: list[str]) -> None:
+def main(every: int, names: list[str]) -> None:
     """Run scenarios, all if none is named, with each of their operations failing in each way."""
     failing = Failing()
-    for name in names or scenarios:
-        _, count = trial(failing, scenarios[name], -1, 0)
+    for name in names or SCENARIOS:
+        _, count = trial(failing, SCENARIOS[name], -1, 0)
         for kind, error in ERRORS.items():
             for at in range(0, count, every):
-                said, done = trial(failing, scenarios[name], at, error)
+                said, done = trial(failing, SCENARIOS[name], at, error)
                 if done:  # a call that is no write is not half done
                     print(json.dumps([name, kind, said, f"operation {at}"]), flush=True)
 
 
 if __name__ == "__main__":
-    main(SCENARIOS, int(sys.argv[1]), sys.argv[2:])
+    main(int(sys.argv[1]), sys.argv[2:])

@@ -27,14 +27,6 @@ class Field:
         return tuple(usage for _, kind, usage in self.collections if kind == LOGICAL)
 
     @property
-    def variable(self) -> bool:
-        return bool(self.flags & 2)
-
-    @property
-    def constant(self) -> bool:
-        return bool(self.flags & 1)
-
-    @property
     def minimum(self) -> int:
         return self.state["Logical Minimum"]
 

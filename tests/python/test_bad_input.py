@@ -22,8 +22,6 @@ from torsio import (
     ControlConfig,
     Curve,
     Detents,
-    Impact,
-    ImpedanceHand,
     InvalidArgument,
     Knob,
     LinkFaults,
@@ -68,10 +66,8 @@ BAD_SCENES: list[tuple[Any, type[Exception], str]] = [
     (Detents(torque_nm=0.1), InvalidArgument, "exactly one of per_turn and pitch_rad"),
     (Texture(torque_nm=0.1, grains_per_turn=2.5), TypeError, "whole number"),  # type: ignore[arg-type]
     (Texture(torque_nm=0.1, grains_per_turn=9, seed=-1), InvalidArgument, "seed"),
-    (Impact(frequency_hz=501.0), InvalidArgument, "half of this device's control rate"),
     (Curve(torque_nm=np.zeros(1025)), InvalidArgument, "1025"),
     ([Curve(torque_nm=np.zeros(600))] * 2, InvalidArgument, "1024"),
-    ([Constant(torque_nm=0.1), Wall(stiffness_nm_per_rad=-1.0)], InvalidArgument, "effect 1"),
     (Wall(stiffness_nm_per_rad=10**400), InvalidArgument, "stiffness_nm_per_rad is too large"),
     (itertools.repeat(Constant(torque_nm=0.1)), InvalidArgument, "17 effects"),
     (None, TypeError, "not an effect"),
@@ -87,52 +83,19 @@ def test_bad_scene_is_refused_by_name(
         playing.play(scene)
 
 
+# Ranges and states are the C++ library's: tests/cpp/sdk/test_sdk_knob.cpp.
 BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
     (lambda k: k.stream_local_model(torque_nm=math.nan), InvalidArgument, "torque_nm"),
-    (lambda k: k.stream_local_model(deadline_s=61.0), InvalidArgument, "deadline_s"),
-    (lambda k: k.start_telemetry(rate_hz=5000.0), InvalidArgument, "rate_hz"),
     (lambda k: k.start_telemetry(rate_hz=math.nan), InvalidArgument, "rate_hz"),
-    (lambda k: k.record(duration_s=-1.0), InvalidArgument, "duration_s"),
     (lambda k: k.record(duration_s=math.inf), InvalidArgument, "duration_s"),
     (lambda k: k.read(max_samples=-1), InvalidArgument, "max_samples"),
     (lambda k: k.read(timeout_s=math.nan), InvalidArgument, "timeout_s"),
-    (lambda k: k.sleep(-1.0), InvalidArgument, "duration_s"),
     (lambda k: k.wait_for("asleep"), InvalidArgument, "state"),  # type: ignore[arg-type]
     (lambda k: k.configure(ControlConfig(law="hope")), InvalidArgument, "law"),  # type: ignore[arg-type]
-    (lambda k: k.configure(BoardConfig(motor_pin=7)), InvalidArgument, "motor_pin is 7: a bridge"),
-    (
-        lambda k: k.configure(BoardConfig(light_pin=26)),
-        InvalidArgument,
-        "light_pin is 26: this pin",
-    ),
     (lambda k: k.configure(BoardConfig(light_pin=-1)), InvalidArgument, "light_pin is -1"),
-    (lambda k: k.configure(ControlConfig()), torsio.Refused, "disarm"),
-    (lambda k: k.configure(ActuatorConfig()), torsio.Refused, "disarm"),
-    (lambda k: k.configure(BoardConfig()), torsio.Refused, "disarm"),
     (lambda k: k.zero(), torsio.Refused, "disarm"),
-    (lambda k: k.relax(), torsio.Refused, "disarm"),
-    (lambda k: k.load_defaults(), torsio.Refused, "disarm"),
     (lambda k: k.emulator.set_hand(TorqueHand(torque_nm=[])), InvalidArgument, "at least one knot"),
     (lambda k: k.emulator.set_hand(TorqueHand(torque_nm=math.nan)), InvalidArgument, "finite"),
-    (
-        lambda k: k.emulator.set_hand(
-            ImpedanceHand(intended_angle_rad=[(0, 0), (0, 1)], stiffness_nm_per_rad=1.0)
-        ),
-        InvalidArgument,
-        "jump",
-    ),
-    (
-        lambda k: k.emulator.set_hand(
-            ImpedanceHand(intended_angle_rad=0.0, stiffness_nm_per_rad=-1.0)
-        ),
-        InvalidArgument,
-        "stiffness_nm_per_rad",
-    ),
-    (
-        lambda k: k.emulator.set_link_faults(LinkFaults(drop_input=1.5)),
-        InvalidArgument,
-        "drop_input is 1.5, allowed are 0 to 1",
-    ),
     (lambda k: k.emulator.set_link_faults(LinkFaults(drop_input="all")), TypeError, "drop_input"),  # type: ignore[arg-type]
     (lambda k: k.emulator.skip_ticks(count=-1), InvalidArgument, "count is -1"),
     (lambda k: k.emulator.jump_encoder(counts=2**70), InvalidArgument, "counts"),
@@ -162,9 +125,7 @@ def test_bad_call_is_refused_by_name(
 
 
 BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
-    ({"control_rate_hz": 999.0}, InvalidArgument, "control_rate_hz is 999"),
     ({"control_rate_hz": math.nan}, InvalidArgument, "control_rate_hz"),
-    ({"serial": "x" * 17}, InvalidArgument, "serial"),
     ({"seed": -1}, InvalidArgument, "seed"),
     ({"seed": 1.5}, TypeError, "seed must be a whole number, is 1.5"),
     ({"control_rate_hz": "fast"}, TypeError, "control_rate_hz must be a number"),
@@ -173,10 +134,8 @@ BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"plant": 3}, TypeError, "plant must be a torsio.PlantParams, is 3"),
     ({"control": ActuatorConfig()}, TypeError, "control must be ControlConfig or None"),
     ({"hand": 3}, TypeError, "hand"),
-    ({"plant": PlantParams(knob_inertia_kg_m2=-1e-5)}, InvalidArgument, "knob_inertia_kg_m2"),
     ({"control": ControlConfig(beta=-0.1)}, InvalidArgument, "beta"),
     ({"actuator": ActuatorConfig(brake_drag_nm=math.nan)}, InvalidArgument, "brake_drag_nm"),
-    ({"hand": TorqueHand(torque_nm=[(1, 0), (0, 0)])}, InvalidArgument, "earlier"),
 ]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 import time
@@ -13,13 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
 from torsio.apps.cli import app
-from torsio.apps.commands.calibrate import draw, save, words_of
+from torsio.apps.commands.calibrate import words_of
 from torsio.apps.doctor.examination import missing
 from torsio.calibration import brake, numeric, report, steps
 from torsio.calibration.proposal import certain_assist_nm
@@ -120,22 +118,6 @@ def test_what_noise_would_change_is_not_proposed() -> None:
         last = calibration.calibrate(knob)
         changes = [(name, new) for name, _, new in report.proposals(knob, last)]
         assert changes == [("brake_hysteresis_nm", 0.0)]
-
-
-def test_bent_shaft_that_is_configured_as_it_is_stays() -> None:
-    hard = torsio.ShaftHardening(knee_rad=0.01, stiffness_factor=2.0)
-    plant = torsio.PlantParams(shaft_hardening=hard)
-    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=10_000.0)
-    with torsio.open("emulated", emulator=options) as knob:
-        true = torsio.ShaftConfig(
-            knee_1_rad=0.01, knee_1_nm_per_rad=2.0 * plant.shaft_stiffness_nm_per_rad
-        )
-        for configured in (true, torsio.ShaftConfig()):
-            knob.configure(configured)
-            before = knob.shaft_config()
-            found = calibration.calibrate(knob)
-            assert (found.shaft == before) == (configured == true)
-            assert found.shaft.knee_1_rad == pytest.approx(0.01, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -337,20 +319,6 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
     assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
 
 
-def test_findings_on_an_emulated_knob_are_said_to_end_with_the_command(
-    found: Any, data_folder: Path
-) -> None:
-    text = io.StringIO()
-    with torsio.open("emulated") as knob:
-        save(knob, found[0], Console(file=text, width=200))
-    assert f"until this command ends, and all that was found in {data_folder}" in text.getvalue()
-
-
-def test_picture_of_the_fits_is_one(found: Any, tmp_path: Path) -> None:
-    draw(found[0], tmp_path / "fits.png", Console(file=io.StringIO()))
-    assert (tmp_path / "fits.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
     runner = CliRunner()
     quiet = runner.invoke(app, ["calibrate", "--quick", "--json", "--device", "emulated"])
@@ -448,20 +416,6 @@ def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
     assert found.known.values_are == "measured"
     assert (found.law, found.free_assist_nm) == (control.law, control.free_assist_nm)
     assert found.cogging is None
-
-
-def test_knob_that_knows_its_brake_is_measured_as_one_that_does_not(found: Any) -> None:
-    first, *_ = found
-    plant = torsio.PlantParams(
-        brake_time_constant_s=40e-3, brake_hysteresis=torsio.BrakeHysteresis(half_width_nm=8e-3)
-    )
-    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=10_000.0)
-    with torsio.open("emulated", emulator=options) as knob:
-        calibration.apply(knob, first)
-        assert knob.control_config().law == "calibrated"
-        again = calibration.calibrate(knob).quantities
-    for name, truth in (("hysteresis_nm", 8e-3), ("rise_s", 40e-3), ("release_s", 40e-3)):
-        assert again[name].value == pytest.approx(truth, rel=0.02), name
 
 
 def test_restoring_goes_on_where_a_part_fails(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:

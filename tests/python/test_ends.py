@@ -6,9 +6,6 @@ import gc
 import signal
 import subprocess
 import sys
-import threading
-import time
-import warnings
 import weakref
 from contextlib import suppress
 
@@ -204,29 +201,6 @@ def test_recording_without_its_torque_says_so() -> None:
         assert refused.value.reason == "deadline_missed"
 
 
-def test_recording_that_ends_armed_says_that_it_began_without_torque() -> None:
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
-
-        def arm_later(before: int) -> None:
-            while knob.statistics().samples_received < before + 50:
-                time.sleep(0.001)
-            knob.arm()
-
-        # On a busy machine the other thread may be too quick or too slow.
-        for _ in range(10):
-            knob.disarm()
-            later = threading.Thread(target=arm_later, args=[knob.statistics().samples_received])
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                later.start()
-                knob.record(0.5)
-                later.join()
-            if caught:
-                break
-        assert [warning.category for warning in caught] == [torsio.DisarmedWarning]
-        assert "begins without torque" in str(caught[0].message)
-
-
 def test_events_and_callback_tell_the_same() -> None:
     told: list[torsio.Event] = []
     with torsio.open("emulated") as knob:
@@ -288,23 +262,6 @@ def test_knob_whose_callback_has_it_goes_with_the_last_who_knows_it(
     del knob, hear
     gc.collect()
     assert [reference() for reference in gone] == [None, None]
-
-
-def test_steps_and_latest() -> None:
-    with torsio.open("emulated") as knob:
-        with pytest.raises(torsio.Error, match="start_telemetry"):
-            knob.latest()
-        knob.start_telemetry(prompt=True)
-        ages = []
-        for step in knob.every(0.001):
-            ages.append(knob.emulator.time_s - float(knob.latest()["time_s"]))
-            if step.index == 99:
-                break
-        assert (step.index, step.late_steps) == (99, 0)
-        assert step.time_s == pytest.approx(0.099)
-        assert max(ages[10:]) <= 0.002 + 1e-9
-        with pytest.raises(torsio.InvalidArgument, match="period_s"):
-            knob.every(0.0)
 
 
 def test_a_thousand_knobs_in_reference_cycles_stay_small() -> None:

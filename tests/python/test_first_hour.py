@@ -101,11 +101,6 @@ def test_call_that_is_wrong_says_how_it_is_right() -> None:
             call()
 
 
-def test_data_classes_are_pickled_as_before() -> None:
-    assert pickle.loads(pickle.dumps(WALL)) == WALL
-    torsio.FeedbackHand(lambda time_s, angle_rad, speed_rad_s: 0.0)  # the function needs no name
-
-
 def test_angle_may_be_given_in_degrees() -> None:
     assert torsio.deg(180) == pytest.approx(3.141592653589793, rel=1e-15)
     with pytest.raises(TypeError, match="degrees must be a number"):

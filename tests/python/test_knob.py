@@ -24,27 +24,6 @@ def knob() -> Iterator[Knob]:
         yield opened
 
 
-# Effects: the torque at rest against the closed form of each
-
-
-# Telemetry
-
-
-# States and configuration
-
-
-def test_configuration_comes_back_as_it_was_set(knob: Knob) -> None:
-    control = ControlConfig(law="compensated", beta=0.25, watchdog_s=0.5, autonomous=True)
-    knob.configure(control)
-    assert knob.control_config() == control
-    actuator = replace(knob.actuator_config(), brake_time_constant_s=0.5, counts_per_rev=4096)
-    knob.configure(actuator)
-    assert knob.actuator_config() == actuator
-    board = replace(knob.board_config(), motor_pin=14, supply_v=24.0, motor_reversed=True)
-    knob.configure(board)
-    assert knob.board_config() == board
-
-
 def test_update_changes_fields_and_keeps_the_rest(knob: Knob) -> None:
     knob.update(motor_torque_cap_nm=0.04, speed_limit_rad_s=50.0)
     knob.update(law="compensated")
@@ -156,14 +135,6 @@ def test_knob_says_who_and_how_it_is(knob: Knob) -> None:
     assert knob.info.transport == "emulated"
     knob.close()
     assert repr(knob) == "<torsio.Knob 'emulated' closed>"
-
-
-def test_rate_that_this_knob_has_not_is_refused_with_those_it_has(knob: Knob) -> None:
-    message = "rate_hz is 4000, allowed are 3.921569 to 1000 Hz with this knob; without a rate"
-    with pytest.raises(torsio.InvalidArgument, match=message):
-        knob.start_telemetry(4000.0)
-    with pytest.raises(torsio.InvalidArgument, match="rate_hz is 0"):
-        knob.start_telemetry(0.0)
 
 
 def test_telemetry_iterator_gives_what_was_asked(knob: Knob) -> None:

@@ -18,14 +18,12 @@ import torsio
 from torsio.closed_loop import LoopOptions
 from torsio.closed_loop import simulate as simulate_loop
 from torsio.demos import wall
-from torsio.printed.config import ControlConfig, Law
+from torsio.printed.config import ControlConfig
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.actuators import trials
 from torsio_studies.actuators.trials import ACTUATORS, NM_PER_RAD
-from torsio_studies.common import StudyError
 from torsio_studies.execution import execute
-from torsio_studies.paper import runs as paper_runs
 
 MOTOR_NM, BRAKE_NM, DRAG_NM = 85e-3, 110e-3, 2e-3
 KEYS = [actuator.key for actuator in ACTUATORS]
@@ -166,14 +164,6 @@ def test_torque_sensor_lets_go_until_friction_holds_the_knob() -> None:
     assert np.abs(log["speed_rad_s"][-100:]).max() == 0.0
 
 
-@pytest.mark.parametrize("law", ["paper", "compensated"])
-def test_both_studies_agree_when_this_device_leaves_the_wall(law: Law) -> None:
-    wall = paper_runs.per_degree(trials.CUT_WALL_MNM_PER_DEG)
-    _, cut = paper_runs.run_cut(paper_runs.cut_options(wall, law))
-    left = trials.measure_exit(f"soft_sensor_{law}")
-    assert cut.exit_s == pytest.approx(left.exit_s, abs=1.1e-3)  # the walls begin elsewhere
-
-
 def test_passive_actuators_come_to_rest_in_any_spring() -> None:
     for key in ("brake_only", "series_elastic_brake"):
         for stiffness in (1.0, 20.0, 200.0):
@@ -222,17 +212,6 @@ def test_what_two_encoders_are_ahead_by_is_half_a_count() -> None:
     assert off_counts("soft_spring") == pytest.approx(0.5 * (1 - soft / stiffness), abs=0.03)
     assert off_counts("soft_sensor_calibrated", stiff_spring_nm_per_rad=soft) == pytest.approx(
         0.5, abs=0.1
-    )
-
-
-def test_soft_sensor_tracks_a_wall_within_the_limits_of_the_paper() -> None:
-    for stiffness in trials.WALLS_MNM_PER_DEG:
-        wall = _wall("soft_sensor_paper", stiffness)
-        assert wall.tracking_in <= 0.07
-        assert wall.tracking_out <= 0.09
-    assert (
-        _wall("soft_sensor_compensated").torque_gap_nm
-        < 0.5 * _wall("soft_sensor_paper").torque_gap_nm
     )
 
 
@@ -313,13 +292,6 @@ def test_brake_only_never_gives_energy(stiffness: float, speed: float) -> None:
 # --- measures ------------------------------------------------------------------------------------
 
 
-@given(st.floats(0.2, 150.0))
-def test_stable_limit_finds_the_border_from_above(border: float) -> None:
-    found = trials.stable_limit(lambda stiffness: stiffness < border, tolerance=0.01)
-    assert found is not None
-    assert border <= found <= 1.011 * border
-
-
 @pytest.mark.parametrize(
     ("asked", "exit_s", "stuck", "outcome"),
     [
@@ -341,25 +313,6 @@ def test_exit_is_the_last_time_inside_and_stuck_what_the_wall_asks_at_the_end(
     assert found.exit_s == (None if exit_s is None else pytest.approx(exit_s))
     assert found.stuck_torque_nm == stuck
     assert found.outcome == outcome
-
-
-def test_stable_limit_at_the_ends_of_its_range() -> None:
-    assert trials.stable_limit(lambda _: True) is None
-    assert trials.stable_limit(lambda _: False) == trials.SOFTEST_NM_PER_RAD
-
-
-def test_unknown_actuator_and_unknown_part_are_refused() -> None:
-    with pytest.raises(ValueError, match="soft_sensor_paper"):
-        trials.turn_freely("magic")
-    with pytest.raises(ValueError, match="no part 'gold'"):
-        trials.turn_freely("motor_only", parts={"gold": 1.0})
-    with pytest.raises(ValueError, match="inertia"):
-        trials.turn_freely("motor_only", parts={"knob_inertia_kg_m2": -1.0})
-
-
-def test_hand_without_give_is_refused() -> None:
-    with pytest.raises(StudyError, match="some give, not PrescribedMotion"):
-        trials.simulate("motor_only", hand=torsio.PrescribedMotion(angle_rad=0.1), duration_s=0.1)
 
 
 def test_study_writes_the_documented_keys_and_readable_pictures(tmp_path: Path) -> None:

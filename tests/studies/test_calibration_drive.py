@@ -19,7 +19,6 @@ from torsio.calibration.quantity import Quantity, Refusal
 from torsio_studies.calibration.driven import (
     ALL,
     drawn_electrics,
-    electric_plant,
     measure_driven,
     seen_truth,
 )
@@ -54,29 +53,6 @@ def test_intervals_hold_the_truth_with_a_current_loop(number: int) -> None:
         assert sigma < 0.2 * truth
 
 
-def test_study_s_knobs_have_signs_and_electrics_at_random() -> None:
-    hidden = [hidden_knob(number) for number in range(1200, 1240)]
-    drawn = [drawn_electrics(of.number) for of in hidden]
-    for share in (
-        np.mean([of.motor_reversed for of in drawn]),
-        np.mean(
-            [of.motor_reversed != knob.reversed for of, knob in zip(drawn, hidden, strict=True)]
-        ),
-    ):
-        assert 0.25 < share < 0.75
-    told = torsio.BoardConfig()
-    plants = [electric_plant(*both) for both in zip(hidden, drawn, strict=True)]
-    for name, configured in (
-        ("supply_v", told.supply_v),
-        ("sensor_v_per_a", told.current_sense_v_per_a),
-        ("winding_resistance_ohm", told.motor_resistance_ohm),
-        ("winding_inductance_h", told.motor_inductance_h),
-    ):
-        off = np.array([getattr(of.electrics, name) for of in plants]) / configured - 1.0
-        assert 0.08 < np.ptp(off) <= 0.2
-        assert np.max(np.abs(off)) <= 0.1 + 1e-6
-
-
 def test_knob_with_drawn_signs_is_refused_where_they_disagree_and_then_measured() -> None:
     # Motor and encoder of the first agree, both the wrong way round; the second's do not.
     for number, agree in ((1202, True), (1203, False)):
@@ -90,16 +66,6 @@ def test_knob_with_drawn_signs_is_refused_where_they_disagree_and_then_measured(
         known = np.array([score for score in scores if np.isfinite(score)])
         assert len(known) > 20
         assert np.mean(known <= 1.96) >= 0.8
-
-
-def test_torque_constant_is_judged_by_what_it_is_and_not_by_what_the_supply_makes_of_it() -> None:
-    plant = electric_plant(hidden_knob(1012), drawn_electrics(1012))
-    assert plant.electrics is not None
-    assert plant.electrics.supply_v != torsio.BoardConfig().supply_v
-    true = plant.electrics.torque_constant_nm_per_a
-    for known in (False, True):
-        seen = seen_truth(plant, constant_known=known)
-        assert seen["motor_torque_constant_nm_per_a"] == true
 
 
 def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -> None:

@@ -9,26 +9,21 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import spearmanr
 from typer.testing import CliRunner
 
 from torsio.apps.cli import app
 from torsio.errors import InvalidArgument
-from torsio_studies.actuators import trials
 from torsio_studies.common import StudyError
-from torsio_studies.design import devices, figure, study
+from torsio_studies.design import devices, study
 from torsio_studies.design.devices import SPACE, Batch, Design
 from torsio_studies.design.store import Store
-from torsio_studies.paper import critical
-from torsio_studies.paper import runs as paper_runs
 
 DEVICES = 8
 KEY = {"evaluation": 1}
@@ -36,51 +31,6 @@ BATCHES = tuple(Batch("sample", i, (Design(beta=0.1 * i),)) for i in range(4))
 
 
 # --- formulas and the sample ---------------------------------------------------------------------
-
-
-designs = st.builds(
-    Design,
-    beta=st.floats(0.0, 1.0),
-    motor_limit_nm=st.floats(0.01, 0.5),
-    brake_limit_nm=st.floats(0.01, 0.5),
-    shaft_stiffness_nm_per_rad=st.floats(0.1, 50.0),
-)
-
-
-@given(designs, st.floats(0.01, 100.0))
-def test_critical_torque_is_at_least_the_motors_and_at_most_the_sum(
-    one: Design, wall: float
-) -> None:
-    torque = devices.critical_torque_nm(one, wall)
-    most = one.motor_limit_nm + one.brake_limit_nm
-    assert one.motor_limit_nm * (1 - 1e-12) <= torque <= most * (1 + 1e-12)
-
-
-@given(designs)
-def test_critical_torque_has_no_jumps_where_its_branches_meet(one: Design) -> None:
-    stiffness = one.shaft_stiffness_nm_per_rad
-    for border in (stiffness, stiffness / max(one.beta, 1e-3)):
-        below, above = (
-            devices.critical_torque_nm(one, border * factor) for factor in (1 - 1e-9, 1 + 1e-9)
-        )
-        assert below == pytest.approx(above, rel=1e-5)
-
-
-@given(designs, st.floats(0.01, 100.0), st.floats(1.0, 3.0))
-def test_critical_torque_grows_with_motor_and_brake(
-    one: Design, wall: float, factor: float
-) -> None:
-    torque = devices.critical_torque_nm(one, wall)
-    for name in ("motor_limit_nm", "brake_limit_nm"):
-        stronger = replace(one, **{name: getattr(one, name) * factor})
-        assert devices.critical_torque_nm(stronger, wall) >= torque * (1 - 1e-12)
-
-
-def test_critical_torque_of_the_default_device() -> None:
-    wall = math.degrees(30e-3)
-    expected = 85e-3 / (1 - 0.5 * wall / 2.873)
-    assert devices.critical_torque_nm(Design(), wall) == pytest.approx(expected)
-    assert devices.critical_torque_nm(Design(beta=0.0), wall) == pytest.approx(85e-3)
 
 
 @given(st.integers(0, 10**6))
@@ -131,27 +81,9 @@ def test_a_knob_that_stays_in_the_wall_says_how_much_the_wall_asks() -> None:
     assert study.count_exits(table) == {"leaves": 1, "held by friction": 1, "stays": 1}
 
 
-def test_maps_end_where_their_ranges_do() -> None:
-    for name in ("beta", "control_rate_hz"):
-        span = SPACE[name]
-        centres = np.array([span.at(share) for share in (0.0, 0.5, 1.0)])
-        edges = figure._edges(centres, span.logarithmic)
-        assert edges[0] == pytest.approx(span.low)
-        assert edges[-1] == pytest.approx(span.high)
-        assert len(edges) == 4
-
-
 # --- results on disk -----------------------------------------------------------------------------
 
 ROW: dict[str, float] = asdict(Design()) | dict.fromkeys(devices.columns()[7:], 0.25)
-
-
-def test_store_gives_back_what_was_written(tmp_path: Path) -> None:
-    store = Store(tmp_path / "r", KEY)
-    store.write(BATCHES[1], [ROW])
-    assert Store(tmp_path / "r", KEY).intact(BATCHES) == {BATCHES[1]}
-    table = store.read([BATCHES[1]])["sample"]
-    assert {name: float(values[0]) for name, values in table.items()} == ROW
 
 
 def test_a_flipped_bit_never_gives_other_numbers(tmp_path: Path) -> None:
@@ -260,25 +192,6 @@ def test_impossible_design_is_refused_by_name(name: str, value: float) -> None:
         Design(**{name: value})  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("call", "name"),
-    [
-        (lambda: critical.critical_torque(1.0, 0.5, shaft=0.0), "shaft"),
-        (lambda: critical.critical_torque(-1.0, 0.5), "stiffness"),
-        (lambda: critical.critical_torque(math.nan, 0.5), "stiffness"),
-        (lambda: critical.critical_torque(1.0, 1.5), "beta"),
-        (lambda: paper_runs.push_options(0.0), "stiffness"),
-        (lambda: critical.ideal_push(0.0, 0.5, 50e-3), "stiffness"),
-        (lambda: trials.visit_wall("motor_only", 0.0), "stiffness"),
-    ],
-)
-def test_stiffness_that_something_is_divided_by_is_refused(
-    call: Callable[[], object], name: str
-) -> None:
-    with pytest.raises(InvalidArgument, match=name):
-        call()
-
-
 def test_command_takes_the_laws_whose_springs_can_swing() -> None:
     refused = CliRunner().invoke(app, ["study", "design", "--law", "calibrated"])
     assert refused.exit_code == 2
@@ -291,18 +204,3 @@ def test_batches_hold_every_device_once(count: int, side: int, size: int) -> Non
     assert len(set(work)) == len(work)
     groups = Counter(batch.group for batch in work for _ in batch.designs)
     assert groups == {"sample": count, f"map_rate_{side}": side**2, f"map_beta_{side}": side**2}
-
-
-@given(
-    st.lists(
-        st.tuples(st.integers(0, 9), st.one_of(st.integers(0, 9), st.just(math.nan))), max_size=30
-    )
-)
-def test_rank_correlation_agrees_with_scipy(pairs: list[tuple[float, float]]) -> None:
-    a, b = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
-    known = np.isfinite(b)
-    found = figure.rank_correlation(a, b)
-    if known.sum() < 2 or np.ptp(a[known]) == 0 or np.ptp(b[known]) == 0:
-        assert found == 0.0
-    else:
-        assert found == pytest.approx(float(spearmanr(a[known], b[known]).statistic), abs=1e-9)

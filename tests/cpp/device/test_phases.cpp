@@ -123,9 +123,9 @@ struct PhasedLoop {
   device::TickInputs in;
 };
 
-using Event = std::function<void(PhasedLoop&)>;
+using Happening = std::function<void(PhasedLoop&)>;
 
-const std::map<std::string, std::vector<Event>> kEvents{
+const std::map<std::string, std::vector<Happening>> kEvents{
     {"the SDK arms", {[](PhasedLoop& loop) { loop.give(Order::Kind::arm); }}},
     {"a game or the dial begins", {[](PhasedLoop& loop) { loop.play(); }}},
     {"a game or the dial ends", {[](PhasedLoop& loop) { loop.play_no_more(); }}},

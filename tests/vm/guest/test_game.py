@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import os
-import random
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,7 @@ import pytest
 import torsio
 from tests.vm.guest import gamepad
 from tests.vm.guest.effect_forms import cases, length_error_s, residual
-from tests.vm.guest.gamepad import Effect, Envelope, Gamepad
+from tests.vm.guest.gamepad import Effect, Gamepad
 from tests.vm.guest.torque_log import (
     Floats,
     held,
@@ -145,110 +143,6 @@ def test_playing_effect_is_changed_scaled_stopped_and_erased(
     _, _, torque = read_log(bus, log)
     expected = [0, 8000, 16000, -24000, 32767, 32767 / 2, 0, 32767, 0, 32767, 0]
     assert np.abs(np.array(held(torque)) - 0.75 * np.array(expected) / 32767).max() < 1e-3
-
-
-@pytest.mark.whole
-def test_forty_effects_are_erased_in_any_order(bus: VirtualBus, tmp_path: Path) -> None:
-    # As ffcfstress and games that make an effect for each sound of their engine leave them.
-    knob, log = plug(bus, tmp_path)
-    pad = Gamepad(knob)
-    order = random.Random(1)
-    expected = [0]
-    for _ in range(2):
-        levels = order.sample(range(400, 801), 40)
-        playing = {
-            pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(level))): level for level in levels
-        }
-        for number in playing:
-            pad.play(number)
-        let_pass(knob, 0.2)
-        expected.append(sum(levels))
-        for _ in range(4):
-            for number in order.sample(sorted(playing), 10):
-                pad.erase(number)
-                del playing[number]
-            let_pass(knob, 0.2)
-            expected.append(sum(playing.values()))
-    pad.close()
-    _, _, torque = read_log(bus, log)
-    assert np.array(held(torque)) == pytest.approx(np.array(expected) / 32767, abs=1e-3)
-
-
-# Values at their extremes --------------------------------------------------------------------
-
-
-def extremes() -> list[Effect]:
-    """Return effects whose every parameter is at an end of its range."""
-    steepest = Envelope(0xFFFF, 0x7FFF, 0xFFFF, 0x7FFF)
-    found = [
-        Effect(gamepad.CONSTANT, gamepad.constant(level, envelope), length, delay, direction)
-        for level in (-0x8000, 0x7FFF)
-        for envelope, length, delay, direction in (
-            (None, 0, 0, 0xFFFF),
-            (steepest, 0xFFFF, 0, 0x4000),
-            (steepest, 1, 0xFFFF, 0xC000),
-        )
-    ]
-    found += [
-        Effect(gamepad.RAMP, gamepad.ramp(-0x8000, 0x7FFF, steepest), length)
-        for length in (0, 1, 0xFFFF)
-    ]
-    found += [
-        Effect(
-            gamepad.PERIODIC,
-            gamepad.periodic(wave, magnitude, period, offset=offset, phase=phase),
-            length,
-        )
-        for wave in (
-            *(gamepad.SQUARE, gamepad.TRIANGLE, gamepad.SINE, gamepad.SAW_UP, gamepad.SAW_DOWN),
-        )
-        for magnitude, period, offset, phase, length in (
-            (0x7FFF, 1, -0x8000, 0xFFFF, 0xFFFF),
-            (-0x8000, 0xFFFF, 0x7FFF, 0, 0),
-        )
-    ]
-    found += [
-        Effect(
-            kind,
-            gamepad.condition(coefficient, saturation=most, dead_band=band, center=center),
-        )
-        for kind in (gamepad.SPRING, gamepad.DAMPER, gamepad.INERTIA, gamepad.FRICTION)
-        for coefficient, most, band, center in (
-            (0x7FFF, 0xFFFF, 0, 0x7FFF),
-            (-0x8000, 0xFFFF, 0, -0x8000),
-            (0x7FFF, 0, 0xFFFF, 0),
-        )
-    ]
-    return found
-
-
-@pytest.mark.whole
-def test_effects_at_their_extremes_stay_within_the_cap(bus: VirtualBus, tmp_path: Path) -> None:
-    knob, log = plug(bus, tmp_path)
-    let_pass(knob, 0.3)  # nothing centres by itself
-    pad = Gamepad(knob)
-    turn(knob, tmp_path, [(0.0, 0.0), (1.0, 6.0), (1.5, 0.0)])
-    numbered: dict[int, Effect] = {}
-    for effect in extremes():
-        numbered[pad.upload(effect)] = effect
-    assert len(numbered) > 30
-    pad.play(*numbered)
-    let_pass(knob, 0.3)
-    for number, effect in numbered.items():  # changed while it plays
-        pad.upload(replace(effect, number=number, length_ms=0x7FFF, delay_ms=0))
-    let_pass(knob, 0.3)
-    pad.play(*numbered, loops=0xFF)
-    let_pass(knob, 0.3)
-    pad.play(*numbered, loops=0)
-    let_pass(knob, 0.3)
-    for number in numbered:
-        pad.erase(number)
-    pad.close()
-    time_s, angle, torque = read_log(bus, log)
-    moved_s = time_s[np.flatnonzero(np.abs(angle) > 1e-6)[0]]
-    assert np.abs(torque[time_s < moved_s]).max() == 0
-    assert np.abs(torque).max() == pytest.approx(1, abs=1e-3)
-    assert np.abs(torque[-50:]).max() == 0
 
 
 # Conditions ----------------------------------------------------------------------------------

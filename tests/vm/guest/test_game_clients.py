@@ -30,28 +30,6 @@ def push(level: int, number: int = -1) -> Effect:
     return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number)
 
 
-def test_second_game_has_effects_of_its_own(bus: VirtualBus, tmp_path: Path) -> None:
-    knob, log = plug(bus, tmp_path)
-    one, two = Gamepad(knob), Gamepad(knob)
-    first, second = one.upload(push(8000)), two.upload(push(16000))
-    assert first != second
-    one.play(first)
-    let_pass(knob, 0.1)
-    two.play(second)
-    let_pass(knob, 0.1)
-    with pytest.raises(OSError, match="Permission denied"):
-        one.upload(push(1, second))
-    with pytest.raises(OSError, match="Permission denied"):
-        one.erase(second)
-    two.close()
-    let_pass(knob, 0.1)
-    one.close()
-    let_pass(knob, 0.1)
-    _, _, torque = read_log(bus, log)
-    expected = np.array([0, 8000, 24000, 8000, 0]) / 32767
-    assert np.array(held(torque)) == pytest.approx(expected, abs=1e-3)
-
-
 # A game and the SDK --------------------------------------------------------------------------
 
 

@@ -6,7 +6,6 @@ import fcntl
 import os
 import struct
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,26 +94,6 @@ def test_habits_of_games_are_felt_as_they_are_meant(bus: VirtualBus, tmp_path: P
     assert held(torque) == pytest.approx(expected, abs=1e-3)
 
 
-def test_update_brings_back_what_silence_has_ended(bus: VirtualBus, tmp_path: Path) -> None:
-    # The driver sends no start with an update of an endless effect.
-    knob, log = plug(bus, tmp_path, silence_s=0.5)
-    pad = Gamepad(knob)
-    number = pad.upload(push(16000))
-    pad.play(number)
-    let_pass(knob, 1.0)
-    pad.upload(push(24000, number))
-    let_pass(knob, 0.3)
-    pad.play(number, loops=0)
-    let_pass(knob, 0.1)
-    pad.upload(push(32000, number))  # an effect that the game has stopped
-    let_pass(knob, 0.2)
-    pad.close()
-    _, _, torque = read_log(bus, log)
-    assert np.array(held(torque)) == pytest.approx(
-        np.array([0, 16000, 0, 24000, 0]) / 32767, abs=1e-3
-    )
-
-
 def test_update_brings_back_what_the_sdk_has_interrupted(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)
@@ -139,28 +118,6 @@ def test_update_brings_back_what_the_sdk_has_interrupted(bus: VirtualBus, tmp_pa
     assert np.array(held(torque)) == pytest.approx(
         np.array([0, 16000, 0, 24000, 0]) / 32767, abs=1e-3
     )
-
-
-@pytest.mark.whole
-def test_older_effect_is_updated_after_another_kind_was_made(
-    bus: VirtualBus, tmp_path: Path
-) -> None:
-    # The driver names the type of the effect that was made last, before a fix of June 2026.
-    knob, log = plug(bus, tmp_path)
-    pad = Gamepad(knob)
-    number = pad.upload(push(16000))
-    pad.upload(Effect(gamepad.PERIODIC, gamepad.periodic(gamepad.SINE, 1000, 100)))
-    pad.play(number)
-    let_pass(knob, 0.2)
-    pad.upload(push(16000, number, gamepad.LEFT))
-    let_pass(knob, 0.2)
-    pad.upload(replace(push(16000, number), delay_ms=0))
-    let_pass(knob, 0.2)
-    pad.close()
-    let_pass(knob, 0.1)
-    _, _, torque = read_log(bus, log)
-    expected = np.array([0, 16000, -16000, 16000, 0]) / 32767
-    assert np.array(held(torque))[:5] == pytest.approx(expected, abs=1e-3)
 
 
 def _game_hidraw(knob: VirtualKnob) -> Path:

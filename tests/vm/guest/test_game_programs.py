@@ -1,7 +1,6 @@
 """Programs and libraries that nobody here wrote: SDL's own tests, OIS, python-evdev.
 
-testhaptic takes a minute of the guest's time, testrumble 8 s. OIS takes 10 s and a compiled
-program. They run with ``./dev test games``.
+OIS takes 10 s and a compiled program. It runs with ``./dev test games``.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from tests.vm.guest.virtual_bus import TREE, VirtualBus, wait_for
 pytestmark = pytest.mark.usefixtures("udev")
 
 SDL_TESTS = Path("/usr/libexec/installed-tests/SDL2")
-PLAYED_S = 6.0  # testhaptic's time for each effect; the last second is a pause
 EVDEV_PROGRAM = """
 import time
 from evdev import InputDevice, ecodes, ff, list_devices
@@ -35,44 +33,6 @@ knob.write(ecodes.EV_FF, number, 1)
 time.sleep(0.5)
 knob.erase_effect(number)
 """
-
-
-@pytest.mark.games
-def test_sdl_s_own_test_of_forces_plays_all_of_its_effects(bus: VirtualBus, tmp_path: Path) -> None:
-    knob, log = plug(bus, tmp_path, range_deg=90)
-    # To and fro, for effects that answer to the motion.
-    turn(knob, tmp_path, [(0.05 * n, 0.4 + n % 2 / 10) for n in range(1400)])
-    run("udevadm", "settle")
-    done = subprocess.run(
-        (SDL_TESTS / "testhaptic",), capture_output=True, text=True, timeout=900, check=False
-    )
-    said = done.stdout + done.stderr
-    assert done.returncode == 0, said
-    assert "ERROR" not in said
-    played = said.count("Playing effect")
-    assert played == said.count("   effect ") == 9, said
-    let_pass(knob, 0.3)
-    time_s, _, torque = read_log(bus, log)
-    assert np.abs(torque[-50:]).max() == 0
-    begin_s = time_s[np.flatnonzero(torque)[0]]
-    for n in range(played):
-        since_s = time_s - begin_s - PLAYED_S * n
-        assert np.abs(torque[(since_s > 0.2) & (since_s < 4.8)]).max() > 0.01, (n, said)
-
-
-@pytest.mark.games
-def test_sdl_s_own_test_of_rumble_shakes_the_knob_as_hard_as_it_says(
-    bus: VirtualBus, tmp_path: Path
-) -> None:
-    _, log = plug(bus, tmp_path)
-    run("udevadm", "settle")
-    done = subprocess.run(
-        (SDL_TESTS / "testrumble",), capture_output=True, text=True, timeout=300, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    time_s, _, torque = read_log(bus, log)
-    peaks = [np.abs(part).max() for _, part in pieces(time_s, torque, 0.5)]
-    assert peaks == pytest.approx([0.5, 0.3], rel=0.02)
 
 
 def test_sdl_s_own_test_of_joysticks_sees_axis_and_buttons(bus: VirtualBus, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
+from scipy.stats import spearmanr
 
 from torsio.common.drawing import GREY, coloured_table, headline
 from torsio.printed.plant import PlantParams
@@ -48,20 +49,11 @@ def influences(sample: Table) -> list[dict[str, Any]]:
 
 
 def rank_correlation(a: Array, b: Array) -> float:
-    """Give Spearman's rank correlation, ties by their mean rank, pairs with NaN left out."""
+    """Give Spearman's rank correlation, pairs with NaN left out."""
     known = np.isfinite(a) & np.isfinite(b)
-    if known.sum() < 2:
+    if known.sum() < 2 or any(np.ptp(values[known]) == 0 for values in (a, b)):
         return 0.0
-    ranks = [_ranks(values[known]) for values in (a, b)]
-    if any(np.ptp(rank) == 0 for rank in ranks):
-        return 0.0
-    return float(np.corrcoef(ranks[0], ranks[1])[0, 1])
-
-
-def _ranks(values: Array) -> Array:
-    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
-    mean = np.cumsum(counts) - 0.5 * (counts - 1)
-    return np.asarray(mean[inverse], dtype=np.float64)
+    return float(spearmanr(a[known], b[known]).statistic)
 
 
 def draw(study: Study, table: dict[str, Table], side: int) -> None:

@@ -24,7 +24,6 @@ from torsio_studies.common import StudyError, write_atomically
 Array = npt.NDArray[np.float64]
 _KEY = b"torsio_design"  # and of other studies: files of old must stay readable
 _DIGEST = b"torsio_digest"
-_MOST_VALUES = 10_000_000  # of a batch: more is no batch but a file that fills the memory
 
 
 class Batch(Protocol):
@@ -123,8 +122,6 @@ class Store:
             file = parquet.ParquetFile(
                 pyarrow.BufferReader(content(path)), page_checksum_verification=True
             )
-            if file.metadata.num_rows * file.metadata.num_columns > _MOST_VALUES:
-                raise self._damaged(path)
             table = file.read()
             digest = _digest(table)
         except (OSError, ValueError, pyarrow.ArrowException) as error:
