@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import threading
 import time
-from collections.abc import Callable
 from typing import TextIO
 
 import pytest
 
 import torsio
+from tests.endurance import unplugs
 from tests.vm.guest.child import Child, become_nobody
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 
 pytestmark = pytest.mark.pulls_cable
-
-# From the unplug to the exception in the caller.
-LATEST_S = 1.0
-# A feature request that is under way. A controller of silicon ends it, vhci_hcd does not, and as
-# long as it lasts, which Linux limits to 5 s, the kernel cannot let go of the device.
-LATEST_IN_REQUEST_S = 5.0 + LATEST_S
 
 
 def idle(knob: torsio.Knob) -> None:
@@ -30,45 +23,15 @@ def idle(knob: torsio.Knob) -> None:
     knob.arm()
 
 
-def ask(knob: torsio.Knob) -> None:
-    while True:
-        knob.clock()
+STATES = unplugs.STATES | {"idle": idle}
 
 
-def upload(knob: torsio.Knob) -> None:
-    for scale in itertools.count(1):
-        knob.play(torsio.Curve(torque_nm=[1e-8 * scale * n for n in range(1024)]))
-
-
-def stream(knob: torsio.Knob) -> None:
-    while True:
-        knob.stream_local_model(torque_nm=0.001, deadline_s=1.0)
-        time.sleep(0.001)
-
-
-STATES: dict[str, Callable[[torsio.Knob], object]] = {
-    "idle": idle,
-    "asking": ask,
-    "asleep": lambda knob: knob.sleep(60.0),
-    "streaming telemetry": lambda knob: knob.record(duration_s=60.0),
-    "blocking read": lambda knob: [knob.read(timeout_s=60.0) for _ in range(10**9)],
-    "uploading a scene": upload,
-    "streaming local models": stream,
-    "waiting for a state": lambda knob: knob.wait_for("fault", timeout_s=60.0),
-}
-SHORT = ("idle", "asking", "blocking read", "streaming local models")  # in every run
-
-
-@pytest.mark.parametrize(
-    "state",
-    [pytest.param(state, marks=[] if state in SHORT else [pytest.mark.whole]) for state in STATES],
-)
+# `test_many_unplugs_in_every_state` is in the others.
+@pytest.mark.parametrize("state", ["idle", "asking", "reading", "streaming"])
 def test_unplug_is_disconnected_within_a_second(knob: VirtualKnob, state: str) -> None:
     files = len(os.listdir("/proc/self/fd"))
     with torsio.open(knob.serial) as opened:
         opened.arm()
-        if state == "blocking read":
-            opened.start_telemetry()
         pulled = []
 
         def pull() -> None:
@@ -81,7 +44,8 @@ def test_unplug_is_disconnected_within_a_second(knob: VirtualKnob, state: str) -
             STATES[state](opened)
         late_s = time.monotonic() - pulled[0]
         timer.join()
-        assert late_s < (LATEST_IN_REQUEST_S if state == "asking" else LATEST_S)
+        in_request = state == "asking"
+        assert late_s < (unplugs.LATEST_IN_REQUEST_S if in_request else unplugs.LATEST_S)
         assert opened.state == "disconnected"
         with pytest.raises(torsio.Disconnected):
             opened.arm()
