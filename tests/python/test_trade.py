@@ -21,7 +21,7 @@ from torsio.closed_loop import LoopOptions, simulate
 from torsio.printed.config import ControlConfig, Law
 from torsio.trading import Trade
 from torsio.trading import extremes as stretching
-from torsio.trading.answers import board_shares, pasteable
+from torsio.trading.answers import _in_batch, _row, board_shares, pasteable
 from torsio.trading.runs import Kept, Runs, Variant
 from torsio.trading.sources import EVERYTHING, configured, options_of
 from torsio.trading.visits import Difference, Visit, differ, edges_rad, felt_nm
@@ -150,6 +150,13 @@ def test_trade_proposes_verifies_and_pastes() -> None:
         assert knob.info.control_rate_hz == found.proposal.variant.rate_hz
     batch = next(row for row in found.rows if row.name.startswith("torsio.batch"))
     assert batch.difference.jnds <= found.proposal.difference.jnds
+
+
+def test_batch_at_the_rate_of_the_reference_differs_by_nothing() -> None:
+    scene = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=60.0)
+    runs = Runs(options_of(scene, {}), Kept(None), 1)
+    reference = _row("", Variant(), runs, Difference(), 1.0)
+    assert _in_batch(reference, runs).difference == Difference()
 
 
 def test_trade_says_by_how_much_it_falls_short() -> None:

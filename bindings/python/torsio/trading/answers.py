@@ -358,7 +358,8 @@ def _in_batch(proposal: Row, runs: Runs) -> Row:
     knobs = Knobs(1, options, seeds=options.seed, threads=1)
     rows = runs.reference(visit).copy()
     for row in range(len(rows)):
-        knobs.step(1 if row == 0 else round(1e6 / options.control_period_ns))
+        if row:
+            knobs.step(round(1e6 / options.control_period_ns))
         rows[row] = knobs.states[0]
     difference = runs.difference(proposal.variant, visit, rows)
     cpu_s = _batch_cpu_s(options, _TOGETHER, 0.2)
