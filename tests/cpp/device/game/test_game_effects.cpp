@@ -85,27 +85,6 @@ TEST_CASE("a direction is where the force comes from; one axis takes its share")
   }
 }
 
-TEST_CASE("a vibration that comes from nowhere shakes the knob, as Linux's rumble does") {
-  GameRig rig;
-  const int block = rig.create(kSine);
-  EffectOptions options;
-  options.direction = 0;
-  rig.set_effect(block, options);
-  rig.periodic(block, 20000, 0, 0, 40);
-  rig.start(block);
-  check_torques(rig, 200, [](int i) { return -kFull * 20000 / 32767 * wave(kSine, i / 40.0); });
-}
-
-TEST_CASE("a force of the other sign pushes the other way") {
-  GameRig rig;
-  const int block = rig.play_constant(-32767);
-  rig.tick(2);
-  CHECK(rig.outputs.motor_command_nm == Approx(-kFull));
-  rig.constant(block, 10000);
-  rig.tick(2);
-  CHECK(rig.outputs.motor_command_nm == Approx(kFull * 10000 / 32767));
-}
-
 TEST_CASE("a ramp goes from start to end over its duration") {
   GameRig rig;
   const int block = rig.create(kRamp);
@@ -150,20 +129,6 @@ TEST_CASE("attack and fade are lines from their levels to the peak") {
     if (100 - i < 20) level = 30000 - 10000 * (100 - i) / 20.0;
     return -kFull * level / 32767;
   });
-}
-
-TEST_CASE("attack and fade that overlap leave no jump, and an envelope needs no order") {
-  GameRig rig;
-  const int block = rig.create(kConstant);
-  rig.envelope(block, 0, 80, 0, 80);
-  rig.constant(block, 32767);
-  rig.set_effect(block, lasting(100));
-  rig.start(block);
-  const auto nm = rig.torques(101);
-  for (std::size_t i = 1; i < 101; ++i) {
-    CHECK(std::abs(nm[i] - nm[i - 1]) < 1.05 * kFull / 80);
-    CHECK(nm[i] >= 0.0F);
-  }
 }
 
 TEST_CASE("the envelope of a wave shapes its amplitude but not its offset") {
@@ -240,23 +205,6 @@ TEST_CASE("updates in every millisecond are joined by lines, whatever the tick r
   }
 }
 
-TEST_CASE("beginning, change and end are blended in the configured time") {
-  GameRig rig(100'000);
-  rig.configure([](protocol::GameConfig& config) { config.blend_s = 5e-3F; });
-  const int block = rig.play_constant(32767, lasting(20));
-  auto nm = rig.torques(100);
-  rig.constant(block, -32767);
-  for (const float each : rig.torques(200)) nm.push_back(each);
-  float last = 0;
-  for (const float each : nm) {
-    CHECK(std::abs(each - last) < 1.001 * 2 * kFull / 50);
-    last = each;
-  }
-  CHECK(nm[49] == Approx(kFull));
-  CHECK(nm[149] == Approx(-kFull));
-  CHECK(nm[251] == 0.0F);
-}
-
 TEST_CASE("a paused device is silent, and effects go on where they were") {
   GameRig rig;
   const int block = rig.create(kRamp);
@@ -316,20 +264,6 @@ TEST_CASE("a spring answers to offset, dead band, each side's coefficient and sa
   }
 }
 
-TEST_CASE("a negative spring pushes away") {
-  GameRig rig;
-  rig.configure([](protocol::GameConfig& config) {
-    config.range_deg = 114.59156F;
-    config.spring_gain = 1;
-  });
-  GameRig::ConditionOptions options;
-  options.positive = -32767;
-  options.negative = -32767;
-  rig.play_condition(kSpring, options);
-  rig.turn(10, 65);
-  CHECK(rig.outputs.motor_command_nm == about(kFull * 650 * 2 * std::numbers::pi / 8192));
-}
-
 TEST_CASE("a damper resists in proportion to speed, and a negative one does nothing") {
   for (const int coefficient : {32767, -32767}) {
     GameRig rig;
@@ -362,18 +296,6 @@ TEST_CASE("an inertia resists in proportion to acceleration") {
   }
   const double acceleration = 0.25 * 2 * std::numbers::pi / 8192 / 1e-6;
   CHECK(mean == about(-kFull * acceleration / 1e4, 0.01));
-}
-
-TEST_CASE("a friction holds its torque at any speed and turns with the direction") {
-  GameRig rig;
-  GameRig::ConditionOptions options;
-  options.positive = 8192;
-  options.negative = 4096;
-  rig.play_condition(kFriction, options);
-  for (const int step : {3, 30, -3, -30}) {
-    rig.turn(step, 600);
-    CHECK(rig.outputs.motor_command_nm == about(step > 0 ? -kFull / 4 : kFull / 8));
-  }
 }
 
 TEST_CASE("a friction's offset is a surface that moves, and its dead band lets slow motion go") {

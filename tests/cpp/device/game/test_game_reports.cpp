@@ -47,21 +47,6 @@ TEST_CASE("the pool holds forty blocks; then it is full, until one is freed") {
   CHECK(rig.load(kSine) == std::array{0, kFullPool});
 }
 
-TEST_CASE("the pool report says how many may play at once, and that the device manages it") {
-  GameRig rig;
-  std::array<std::uint8_t, 64> r{};
-  REQUIRE(rig.device->game().get_feature(0x23, r) == 5);
-  CHECK(r[0] == 0x23);
-  CHECK(r[3] == 40);
-  CHECK((r[4] & 1) == 1);
-  const int size = r[1] | (r[2] << 8);
-  REQUIRE(rig.device->game().get_feature(0x22, r) == 5);
-  CHECK((r[3] | (r[4] << 8)) == size);
-  (void)rig.create(kConstant);
-  REQUIRE(rig.device->game().get_feature(0x22, r) == 5);
-  CHECK((r[3] | (r[4] << 8)) < size);
-}
-
 TEST_CASE("a type that does not exist is answered with an error and takes no block") {
   GameRig rig;
   CHECK(rig.load(0) == std::array{0, kError});
@@ -231,20 +216,6 @@ TEST_CASE("ten thousand updates a second for a minute build up no delay") {
   CHECK(rig.outputs.motor_command_nm == about(0.08 * 4000 / 32767));
 }
 
-TEST_CASE("start and stop between two ticks: the last one counts") {
-  GameRig rig;
-  const int block = rig.play_constant(32767);
-  rig.stop(block);
-  rig.tick(10);
-  CHECK(rig.outputs.motor_command_nm == 0.0F);
-  rig.start(block);
-  rig.tick(3);
-  rig.stop(block);
-  rig.start(block);
-  rig.tick(3);
-  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
-}
-
 TEST_CASE("a freed block falls silent, and its number is given out clean") {
   GameRig rig;
   const int block = rig.play_constant(32767);
@@ -350,22 +321,6 @@ TEST_CASE("the axis is exact, centred, monotonic and ends at its ends") {
   }
 }
 
-TEST_CASE("the axis is as exact on the other side, and for a coarse encoder") {
-  GameRig rig;
-  protocol::ActuatorConfig actuator;
-  actuator.counts_per_rev = 400;
-  REQUIRE(rig.set(actuator).ok());
-  for (int count = 0; count > -700; --count) {
-    rig.inputs.encoder_count = static_cast<std::uint32_t>(count);
-    rig.tick(2);
-    const Inputs in(*rig.device);
-    REQUIRE_FALSE(in.x.empty());
-    const double exact = std::max(count * 360.0 / 400 / 450 * 32767, -32767.0);
-    CHECK(std::abs(in.x.back() - exact) <= 0.501);
-    if (in.x.back() == -32767) break;
-  }
-}
-
 TEST_CASE("the state report tells which effects begin and end, and who has the actuator") {
   GameRig rig;
   rig.tick(2);
@@ -412,16 +367,4 @@ TEST_CASE("the override switch is off only while games are shut out or the SDK h
   CHECK((state() & 0x04) != 0);
   rig.configure([](protocol::GameConfig& config) { config.enabled = protocol::Toggle::off; });
   CHECK((state() & 0x04) == 0);
-}
-
-TEST_CASE("a knob that never rests does not keep the state reports back") {
-  GameRig rig;
-  rig.play_constant(1000);
-  std::vector<std::array<int, 3>> states;
-  for (int i = 0; i < 10; ++i) {
-    rig.inputs.encoder_count += 50;
-    rig.tick();
-    for (const auto& state : Inputs(*rig.device, 1).states) states.push_back(state);
-  }
-  CHECK_FALSE(states.empty());
 }
