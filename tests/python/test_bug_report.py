@@ -34,7 +34,7 @@ def test_report_holds_doctor_versions_and_a_recording(tmp_path: Path) -> None:
     with zipfile.ZipFile(file) as archive:
         names = ["README.txt", "doctor.json", "versions.json", "recording.mcap"]
         assert archive.namelist() == names
-        assert all(name in done.stdout for name in names)
+        assert done.stdout == f"report  {file} ({', '.join(names)})\n"
         found = json.loads(archive.read("doctor.json"))
         assert found[0]["device"] == "emulated"
         versions = json.loads(archive.read("versions.json"))

@@ -321,8 +321,10 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
     runner = CliRunner()
-    quiet = runner.invoke(app, ["calibrate", "--quick", "--json", "--device", "emulated"])
+    asked = ["calibrate", "--quick", "--json", "--device", "emulated", "--picture"]
+    quiet = runner.invoke(app, [*asked, str(picture := data_folder.parent / "fits.png")])
     assert quiet.exit_code == 0, quiet.output
+    assert picture.stat().st_size > 50_000
     quantities = json.loads(quiet.stdout)["quantities"]
     assert quantities["stiffness_nm_per_rad"]["value"] == pytest.approx(2.873, rel=0.01)
     assert not data_folder.exists()
@@ -446,18 +448,25 @@ def test_calibration_that_is_refused_in_part_changes_nothing(found: Any) -> None
         assert (knob.actuator_config(), knob.control_config()) == before
 
 
-def test_command_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    def reversed_knob(*_: Any, **__: Any) -> torsio.Knob:
-        return original(
-            "emulated",
-            emulator=torsio.EmulatorOptions(actuator=torsio.ActuatorConfig(encoder_reversed=True)),
-        )
+@pytest.mark.parametrize(
+    ("believed", "says"),
+    [
+        ({"encoder_reversed": True}, "encoder counts down while the motor's torque is positive"),
+        ({"knob_inertia_kg_m2": 1e-3}, "all that turns has 1.00e-04 kg m^2"),
+    ],
+)
+def test_command_says_what_is_wrong(
+    believed: dict[str, Any], says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrong_knob(*_: Any, **__: Any) -> torsio.Knob:
+        actuator = torsio.ActuatorConfig(**believed)
+        return original("emulated", emulator=torsio.EmulatorOptions(actuator=actuator))
 
     original = torsio.open
-    monkeypatch.setattr(torsio, "open", reversed_knob)
+    monkeypatch.setattr(torsio, "open", wrong_knob)
     result = CliRunner().invoke(app, ["calibrate", "--device", "emulated"])
     assert result.exit_code == 1
-    assert "encoder counts down while the motor's torque is positive" in result.output
+    assert says in " ".join(result.output.split())
 
 
 # The mathematics, against closed forms ----------------------------------------------------------

@@ -286,3 +286,4 @@ def test_knob_that_measures_no_current_is_calibrated_without_and_says_so() -> No
     assert done.exit_code == 0, done.output
     assert "does not measure the motor's current" in " ".join(done.output.split())
     assert "motor_resistance_ohm" not in done.output
+    assert "proposed for the configuration:" in done.output

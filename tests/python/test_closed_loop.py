@@ -144,6 +144,20 @@ def test_knob_that_a_hand_moves_does_not_stick() -> None:
     assert not rows["knob_sticks"].any()
 
 
+def test_brake_begins_with_the_torque_that_it_is_given() -> None:
+    plant = torsio.PlantParams(brake_hysteresis=torsio.BrakeHysteresis(half_width_nm=4e-3))
+    initial = closed_loop.InitialState(brake_magnetic_nm=10e-3)
+    rows = closed_loop.simulate(
+        closed_loop.LoopOptions(plant=plant, initial=initial), duration_s=1e-3
+    )
+    assert rows["brake_capacity_nm"][0] == pytest.approx(10e-3 + plant.brake_drag_nm)
+
+
+def test_stepper_of_another_kind_is_refused() -> None:
+    with pytest.raises(TypeError, match="stepper must be a capsule"):
+        closed_loop.simulate(closed_loop.LoopOptions(stepper=3), duration_s=1e-3)
+
+
 def test_run_begins_in_the_turn_that_it_is_given() -> None:
     initial = closed_loop.InitialState(revolutions=3, angle_rad=0.5)
     rows = closed_loop.simulate(closed_loop.LoopOptions(initial=initial), duration_s=1e-3)

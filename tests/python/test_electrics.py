@@ -217,6 +217,17 @@ def test_warm_coil_resists_more_and_so_brakes_less() -> None:
     assert coil_nm == pytest.approx(COIL_NM_PER_A * VOLT / (share * COIL_OHM), rel=3e-3)
 
 
+def test_warm_winding_resists_more_and_so_pushes_less() -> None:
+    warm = replace(
+        STIFF, winding_heat_j_per_k=0.01, winding_to_rotor_k_per_w=1.0, rotor_heat_j_per_k=0.01,
+        rotor_to_air_k_per_w=1.0,
+    )  # fmt: skip
+    plant = Plant(PlantParams(electrics=warm), at_angle(), step_ns=100_000)
+    rows, _ = driven(plant, 0.5, 0.0, n=10_000, period_ns=100_000)
+    share = (1.0 + math.sqrt(1.0 + 4.0 * 3.93e-3 * 2.0 * (0.5 * VOLT) ** 2 / OHM)) / 2.0
+    assert rows["motor_torque_nm"][-1] == pytest.approx(K * 0.5 * VOLT / (share * OHM), rel=3e-3)
+
+
 def test_knob_without_electrics_says_so() -> None:
     with torsio.open("emulated") as knob:
         assert knob.emulator is not None

@@ -45,6 +45,15 @@ def test_state_that_is_out_of_range_is_refused_and_changes_nothing(wrong: dict[s
     assert plant.state == before
 
 
+def test_sine_has_two_corners_at_least() -> None:
+    assert list(Cogging.sine(periods_per_rev=7, amplitude_nm=0.0, points=2).torque_nm) == [0, 0]
+
+
+def test_plant_of_another_kind_is_refused() -> None:
+    with pytest.raises(TypeError, match="params must be PlantParams"):
+        Plant(torsio.ActuatorConfig())  # type: ignore[arg-type]
+
+
 def test_open_with_a_noisy_encoder_sees_that_noise() -> None:
     with torsio.open(
         "emulated",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
 import time
@@ -506,9 +507,28 @@ def test_size_that_a_chunk_claims_is_not_believed(tmp_path: Path) -> None:
     file.write_bytes(content)
     with pytest.raises(torsio.Error, match=f"unpacks to {8 << 30} bytes"):
         torsio.load(file)
+    # Nor no size at all: what is packed says more.
+    bomb(file, 6, b'{"kind": "' + b"x" * (1 << 24) + b'"}', CompressionType.ZSTD)
+    said = re.compile(rb".{8}(.{4}\x04\0\0\0zstd)", re.DOTALL)
+    file.write_bytes(said.sub(rb"\0\0\0\0\0\0\0\0\1", file.read_bytes(), count=6))
+    with pytest.raises(torsio.Error, match="would fill the memory"):
+        torsio.load(file)
 
 
 def test_knob_at_rest_is_no_bomb(knob: torsio.Knob, tmp_path: Path) -> None:
     with knob.record_to(tmp_path / "rest.mcap"):
         knob.sleep(20.0)
     assert len(torsio.load(tmp_path / "rest.mcap").telemetry) >= 20_000
+
+
+def test_reports_before_a_cable_is_pulled_are_in_the_recording(
+    knob: torsio.Knob, tmp_path: Path
+) -> None:
+    recording = knob.record_to(tmp_path / "pulled.mcap")
+    knob.emulator.unplug(after_s=0.002)
+    with pytest.raises(torsio.Disconnected):
+        knob.arm()
+    recording.close()
+    with (tmp_path / "pulled.mcap").open("rb") as stream:
+        reports = make_reader(stream).iter_messages(topics=["reports"])
+        assert "event" in [json.loads(message.data)["name"] for *_, message in reports]

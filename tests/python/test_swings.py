@@ -219,3 +219,9 @@ def test_springs_that_are_judged_quickly_are_judged_as_by_the_whole_search() -> 
         assert bench_swings.warning_of(case) == found, f"seed {seed}"
         judged.add(bool(found))
     assert judged == {False, True}
+
+
+def test_place_that_is_far_from_the_others_is_looked_at() -> None:
+    steep = torsio.Curve(torque_nm=[0.08, -0.08], angle_rad=5.0, span_rad=0.02)
+    with opened() as knob:
+        assert warned(lambda: knob.play(steep))

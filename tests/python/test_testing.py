@@ -369,6 +369,8 @@ def test_recording_of_a_closed_knob_goes_into_the_cache(pytester: pytest.Pyteste
     (path,) = (pytester.path / ".pytest_cache/d/torsio").iterdir()
     with np.load(path) as kept:
         assert len(kept["truth"]) > 0
+    pytester.runpytest("-p", "no:cacheprovider")
+    assert len(list((pytester.path / "torsio-recordings").iterdir())) == 1
 
 
 def test_every_knob_of_every_test_has_a_recording_of_its_own(pytester: pytest.Pytester) -> None:

@@ -439,3 +439,8 @@ def test_inertia_that_was_calibrated_is_the_plant_s() -> None:
 
 def test_effect_without_a_place_has_no_edges() -> None:
     assert edges_rad([torsio.Constant(torque_nm=0.01), WALL]).tolist() == [WALL.angle_rad]
+
+
+def test_detents_have_edges_for_two_turns_each_way() -> None:
+    crests = edges_rad(torsio.Detents(per_turn=4, torque_nm=0.01))
+    assert crests.tolist() == pytest.approx([math.pi / 2 * (k + 0.5) for k in range(-8, 8)])

@@ -59,6 +59,7 @@ def _said_at_the_door(socket: ClientConnection) -> str:
     with pytest.raises(ConnectionClosed) as closed:
         socket.recv(timeout=30)
     assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 4403
     return closed.value.rcvd.reason
 
 
@@ -259,7 +260,7 @@ class _Device:
         return takes
 
     def close(self) -> None:
-        pass
+        self.taken.append("close")
 
     def serve(self, page: _Page) -> list[str]:
         """Give what it took while the page was there."""
@@ -303,7 +304,7 @@ def test_device_that_has_no_room_is_given_up_and_disarmed_when_it_has(
     page = _Page("zero", lambda: False)
     assert device.serve(page) == []
     assert "takes no more reports" in page.told
-    assert device.taken == ["disarm"]
+    assert device.taken == ["disarm", "close"]
 
 
 def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address: str) -> None:

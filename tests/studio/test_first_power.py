@@ -55,6 +55,9 @@ def test_first_power_stops_the_motor_in_a_tab_that_is_hidden(browser: Browser, s
 def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         state_is(page, "disarmed")
+        page.focus("#dial")
+        for _ in range(4):
+            page.keyboard.press("PageUp")
         page.click("#first-power summary")
         titles = page.locator("#first-power-steps label").all_text_contents()
         guide = GUIDE.read_text(encoding="utf-8")

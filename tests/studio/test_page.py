@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import time
 from pathlib import Path
 
@@ -50,6 +51,8 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
         state_is(page, "disarmed")
         assert number(page, "desired_torque_nm") == 0.0
         armed(page)
+        # Time waits for a page that is busy.
+        page.evaluate("for (const end = Date.now() + 500; Date.now() < end; );")
         drag_to(page, 0.4)
         settled(page, "angle_rad", within=1e-4)
         # Slowly: a bounce off the wall may have wound the spring the other way.
@@ -196,12 +199,14 @@ def test_curve_is_drawn_as_its_numbers_say_by_keys_too(browser: Browser, site: s
         assert not shows(0.08)
 
         picture.focus()
+        place = page.evaluate("scrollY")
         for key in ("ArrowRight", "PageUp", "ArrowUp", "ArrowUp", "End", "ArrowDown"):
             page.keyboard.press(key)
         # -0.05 + 0.02 + 2 * 0.002, and the last one down by 0.002.
         expect(numbers).to_have_value("0, -0.026, -0.002")
         assert shows(-0.026)
         assert picture.get_attribute("aria-valuetext") == "point 3 of 3: -0.002 N m"
+        assert page.evaluate("scrollY") == place
         assert "[0, -0.026, -0.002]" in (page.locator("#python").text_content() or "")
 
 
@@ -210,6 +215,8 @@ def test_notches_are_on_the_dial_and_a_phone_has_room_for_it(browser: Browser, s
         state_is(page, "disarmed")
         expect(page.locator("#who")).to_contain_text("serial number")
         assert page.evaluate("document.querySelector('header').offsetHeight") < 80
+        for line in page.locator("#over-time-legend line").all():
+            assert line.evaluate("line => line.style.stroke")
         page.select_option("#new-effect", "detents")
         page.click("#add-effect")
         page.fill("#effects input[name=per_turn]", "24")
@@ -262,6 +269,7 @@ def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, sit
         armed(page)
         page.click("#emergency-stop")
         state_is(page, "fault")
+        expect(page.locator("#emergency-stop")).to_have_class(re.compile("is-pressed"))
         expect(page.locator("#faults li")).to_contain_text("emergency stop")
         # Its entry of docs/reference/troubleshooting.md.
         expect(page.locator("#faults details")).to_contain_text("broken wire then stops the knob")

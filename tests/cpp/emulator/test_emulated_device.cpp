@@ -137,6 +137,13 @@ TEST_CASE("link counts input reports that nobody read in time") {
   CHECK(device.link().input_reports_lost() + kept == doctest::Approx(251).scale(0).epsilon(0.02));
 }
 
+TEST_CASE("a plug is pulled in the middle of a span") {
+  EmulatedDevice device;
+  device.unplug_at(5 * kMs);
+  device.advance(10 * kMs);
+  CHECK_FALSE(device.write(protocol::encode(protocol::Command{1, 0, protocol::Op::disarm})));
+}
+
 TEST_CASE("truth has one sample a tick, at the tick's time, and costs nothing unasked") {
   EmulatedDevice device(
       {.hand = PrescribedMotion{Profile({{0, 0.0}, {1000 * kMs, 1.0}})}, .log_truth = true});

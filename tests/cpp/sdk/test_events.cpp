@@ -152,11 +152,14 @@ TEST_CASE("silence of the host is the reason why the torque went") {
 TEST_CASE("the end of the connection is an event") {
   Knob knob = Knob::open("emulated");
   knob.arm();
+  knob.sleep(0.1);
+  knob.play(Spring{.stiffness_nm_per_rad = 0.1});  // its answer is the last word of the device
   knob.emulator().unplug();
   CHECK(knob.state() == State::disconnected);
   const std::vector<Event> events = knob.events();
   REQUIRE_FALSE(events.empty());
   CHECK(events.back().state == State::disconnected);
+  CHECK(events.back().tick > 100);
   CHECK(knob.last_disarm()->reason == DisarmReason::disconnected);
 }
 

@@ -154,6 +154,8 @@ TEST_CASE("a second open of the same device is DeviceBusy until the first is clo
   first.play(Wall{.stiffness_nm_per_rad = 1.0});  // the first goes on
   first.close();
   CHECK(Knob::open(kPath).is_open());
+  protocol::ReportBytes report{};
+  CHECK_FALSE(open_hid(kPath)->read(report, 0ns));  // it says nothing unasked
 }
 
 TEST_CASE("a device with other report layouts is a ProtocolMismatch that names both versions") {
