@@ -21,7 +21,7 @@ import sys
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -40,8 +40,8 @@ OPEN = "open"  # C++ that lives through the C++ tests
 EXPLAINED = HERE / "explained.txt"
 PACKAGE = "bindings/python/torsio"
 PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", reach.__name__)
-# Processor time of a mutant's tests together; tests of the page get more.
-MOST_S, MOST_OF_PAGE_S = 40.0, 150.0
+# Processor time of a mutant's tests. The page's tests and a second try get more.
+MOST_S, MOST_OF_PAGE_S, MOST_AGAIN_S = 40.0, 150.0, 600.0
 ROUNDS = 40  # until all choices compile; each ends at the first that does not
 
 
@@ -201,12 +201,15 @@ class Hunt:
         All, whose numbers are from 1.
     reached
         Those that C++ tests reach.
+    most_s
+        Processor time of a mutant's tests together.
     tests
         Those that pass without a change, the cheapest first.
     """
 
     changes: Sequence[Change]
     reached: set[int]
+    most_s: float = MOST_S
     tests: list[Tried] = field(default_factory=list)
 
     def look_round(self, folder: str) -> None:
@@ -279,7 +282,7 @@ class Hunt:
             near = near or [one for one in self.tests if file in one.files]
             # Each test reaches the code that runs on import.
             near = near or self.tests
-        return _within(near, MOST_S)
+        return _within(near, self.most_s)
 
     def _of_page(self) -> list[Tried]:
         """Give the page's tests. Tests in one file stay together: they share a browser."""
@@ -288,7 +291,7 @@ class Hunt:
             if one.test.startswith("tests/studio/"):
                 of_file[one.test.partition("::")[0]].append(one)
         files = sorted(of_file.values(), key=lambda tests: sum(one.takes_s for one in tests))
-        return _within([one for tests in files for one in tests], MOST_OF_PAGE_S)
+        return _within([one for tests in files for one in tests], max(MOST_OF_PAGE_S, self.most_s))
 
     def _red(
         self, tests: list[Tried], number: int, put_in: Callable[[bool], object] = lambda _: None
@@ -374,9 +377,11 @@ def try_cpp(changes: Mapping[int, Change], program: Path) -> Iterator[tuple[int,
             yield number, OPEN, "reached" if is_reached else ""
 
 
-def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
-    """Try what is not known yet."""
+def campaign(changes: Sequence[Change], seed: int, tinyusb: str, *, again: bool) -> None:
+    """Try what is not known yet, and perhaps what lived."""
     known = results_of(seed)
+    if again:
+        known = {key: one for key, one in known.items() if one["result"] != "alive"}
     if all(known.get(change.key, {"result": OPEN})["result"] != OPEN for change in changes):
         return
     folder, inside = build(changes, tinyusb)
@@ -407,13 +412,41 @@ def campaign(changes: Sequence[Change], seed: int, tinyusb: str) -> None:
         for n, one in enumerate(changes, 1)
         if known.get(one.key, {"result": OPEN})["result"] == OPEN
     }
-    hunt = Hunt(changes, {n for n, one in open_now.items() if one.get("by")})
+    reached = {n for n, one in open_now.items() if one.get("by")}
+    hunt = Hunt(changes, reached, MOST_AGAIN_S if again else MOST_S)
     for tests, is_of_page in (("tests/python", False), ("tests/studio", True)):
         hunt.look_round(tests)
         # In the order of the draw: what is done when it is ended early is a sample too.
         for number in open_now:
             if ("/studio/" in f"/{changes[number - 1].file}") == is_of_page:
                 note(number, *hunt.judge(number))
+
+
+def sources_at(revision: str) -> Path:
+    """Unpack a revision's sources; return where."""
+    folder = ROOM / "drawn"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    archive = subprocess.run(
+        ("git", "archive", revision), cwd=TREE, capture_output=True, check=True
+    )
+    subprocess.run(("tar", "-x", "-C", folder), input=archive.stdout, check=True)
+    return folder
+
+
+def still_there(changes: Sequence[Change]) -> Iterator[Change]:
+    """Yield the changes whose lines stand in the tree, where they stand now."""
+    for change in changes:
+        path = TREE / change.file
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        lines = [*enumerate(text.split("\n"), 1)]
+        if same := [one for one in lines if one[1].strip() == change.before.strip()][
+            change.twins :
+        ]:
+            number, line = same[0]
+            margin = line[: len(line) - len(line.lstrip())]
+            after = margin + change.after.lstrip()
+            yield replace(change, number=number, before=line, after=after)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -423,19 +456,27 @@ def main(arguments: Sequence[str]) -> int:
         "--random", type=int, required=True, metavar="N", help="number of mutants to draw"
     )
     parser.add_argument("--seed", type=int, default=1, help="seed of the draw; 1 if unset")
+    parser.add_argument("--at", metavar="REVISION", help="draw from the sources of a revision")
+    parser.add_argument(
+        "--again", action="store_true", help="try those that lived, with more tests"
+    )
     parser.add_argument("--tinyusb", default="", help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     copy_tree()
     # The same change may be drawn twice.
-    many = itertools.islice(drawn(options.seed, TREE), 4 * options.random)
+    tree = sources_at(options.at) if options.at else TREE
+    many = itertools.islice(drawn(options.seed, tree), 4 * options.random)
     changes = list({change.key: change for change in many}.values())[: options.random]
+    changes = list(still_there(changes))
+    print(f"{len(changes)} of {options.random} lines are as they were drawn", flush=True)
     try:
-        campaign(changes, options.seed, options.tinyusb)
+        campaign(changes, options.seed, options.tinyusb, again=options.again)
     except BadList as error:
         print(f"mutate: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("ended; the same command goes on", flush=True)
-    lines = summary(list(results_of(options.seed).values()))
+    results = results_of(options.seed)
+    lines = summary([results[change.key] for change in changes if change.key in results])
     print(*lines, sep="\n")
     return 1 if len(lines) > 1 else 0
