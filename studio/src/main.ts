@@ -222,7 +222,6 @@ async function connectTo(kind: string): Promise<void> {
   } catch (error) {
     transport?.close();
     byId("who").textContent = "no knob";
-    showState();
     throw error;
   }
   playing = undefined;

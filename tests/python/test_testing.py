@@ -322,7 +322,9 @@ def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester)
             for _ in torsio_knob.telemetry(0.1): pass
             assert False
 
-        def test_good(torsio_knob): pass
+        def test_good(torsio_knob):
+            with torsio_knob.record_to("a.mcap"):
+                assert len(torsio_knob.record(0.05)) == 50
         """
     )
     result = pytester.runpytest("--torsio-seed=77", "--torsio-recordings=kept")

@@ -43,6 +43,8 @@ class Device {
   title = "liar";
   closed = false;
   ops = [];
+  sent = [];
+  configured = 0;
   held = {}; // state and owner, as acknowledgements tell them
   #said = [];
   #wake = () => {};
@@ -60,8 +62,16 @@ class Device {
   async write(report) {
     const sequence = report[1] | (report[2] << 8);
     if (report[0] === REPORTS.command.id && this.mute) return;
+    this.sent.push(NAMES[report[0]]);
     if (report[0] === REPORTS.command.id) this.ops.push(decode(report).values.op);
     if (sequence) this.say(encode("acknowledgement", { ...this.held, sequence, report: report[0], status: 0, field: 255 }));
+  }
+
+  async setFeature(report) {
+    ++this.configured;
+    const sequence = report[1] | (report[2] << 8);
+    this.say(encode("acknowledgement", { ...this.held, sequence, report: report[0] }));
+    return true;
   }
 
   say(...reports) {
@@ -231,21 +241,25 @@ test("a recording that fails keeps no order from the device, and is told once", 
   for (const order of [(knob) => knob.disarm(), (knob) => knob.configure("control_config", {})]) {
     const [device, knob] = await armed();
     const said = [];
-    let configured = 0;
-    device.setFeature = async (report) => {
-      ++configured;
-      const sequence = report[1] | (report[2] << 8);
-      device.say(encode("acknowledgement", { ...device.held, sequence, report: report[0] }));
-      return true;
-    };
     knob.onComplaint = (sentence) => said.push(sentence);
     knob.keeper = { sample: full, report: full };
     device.ops = [];
     await order(knob);
-    assert.ok(configured || device.ops.includes("disarm"));
+    assert.ok(device.configured || device.ops.includes("disarm"));
     assert.deepEqual(said, ["the recording ends here: full"]);
     await knob.close();
   }
+});
+
+test("a configuration makes the device forget the scene, which is sent whole again", async () => {
+  const [device, knob] = await armed();
+  const scene = [{ type: "constant", torque_nm: 0.01 }];
+  for (const configures of [false, false, true]) {
+    if (configures) await knob.configure("control_config", {});
+    await knob.play(scene);
+  }
+  await knob.close();
+  assert.equal(device.sent.filter((name) => name === "constant").length, 2);
 });
 
 test("samples and news of a knob outlive the recording that they break", async () => {

@@ -223,6 +223,14 @@ def test_notches_are_on_the_dial_and_a_phone_has_room_for_it(browser: Browser, s
         expect(page.locator("#places .notch")).to_have_count(24)
         page.fill("#effects input[name=per_turn]", "1000")
         expect(page.locator("#places .notch")).to_have_count(0)
+        # In a wider window the curves have all its pixels.
+        page.set_viewport_size({"width": 700, "height": 844})
+        page.wait_for_function(
+            """() => {
+              const { width, clientWidth } = document.querySelector(".u-over canvas");
+              return clientWidth > 400 && Math.abs(width - devicePixelRatio * clientWidth) < 2;
+            }"""
+        )
 
 
 def test_torque_beyond_telemetry_is_named_so(browser: Browser, site: str) -> None:
