@@ -23,7 +23,7 @@ from torsio_studies.paper import runs
 RATE_HZ, COUNTS, COARSE_COUNTS = 20e3, 32_768, 8192
 WALL, SOFT_WALL = 30.0, 10.0  # mN m per degree
 CUT_WALLS = (10.0, 25.0, 50.0, 100.0)
-HYSTERESIS_SHARE = 0.1
+LOOP = BrakeHysteresis(half_width_nm=0.1 * runs.BRAKE_NM)
 ASSIST_NM = 5.8e-3
 TURN_RAD_S = 1.0
 PLACES = 16  # within a count
@@ -33,9 +33,9 @@ WRONG_SHARES: Final = (0.8, 1.2)
 WRONG_EXIT_RAD_S: Final = 0.25
 WRONG_BELIEFS: Final = (
     *("spring_stiffness_nm_per_rad", "brake_time_constant_s", "brake_inertia_kg_m2"),
-    *("brake_drag_nm", "knob_coulomb_nm"),
+    *("brake_drag_nm", "knob_coulomb_nm", "brake_hysteresis_nm"),
+    *("motor_torque_constant_nm_per_a", "brake_torque_constant_nm_per_a", "current_sense_v_per_a"),
 )
-"""The others change nothing in a slow push."""
 # A device's beliefs before its calibration, over the truth.
 BELIEVED = 1.3
 BELIEVED_WRONG = (
@@ -78,9 +78,11 @@ AIMS: Final = {
 """The aims. `None` in a result is a knob that stays in a wall."""
 
 
-def _plant(variant: Variant) -> PlantParams:
+def _plant(variant: Variant, place: float = 0.0) -> PlantParams:
+    """Make a knob that begins at a place within a count, from 0 to 1."""
     return PlantParams(
         counts_per_rev=COUNTS,
+        encoder_phase_counts=place,
         electrics=Electrics(),
         brake_inertia_kg_m2=variant.brake_inertia_kg_m2,
     )
@@ -128,7 +130,7 @@ def _told(options: LoopOptions, variant: Variant) -> LoopOptions:
     )
 
 
-def _drag_nm(variant: Variant) -> float:
+def _drag_nm(variant: Variant, place: float = 0.0) -> float:
     """Give what it takes to turn the knob where there is nothing, as a mean over a second."""
     hand = ImpedanceHand(
         intended_angle_rad=[(0.0, 0.0), (2.0, 2.0 * TURN_RAD_S)],
@@ -137,14 +139,14 @@ def _drag_nm(variant: Variant) -> float:
         inertia_kg_m2=runs.HAND_KG_M2,
     )
     control = ControlConfig(law=variant.law)
-    options = LoopOptions(hand=hand, plant=_plant(variant), control=control)
+    options = LoopOptions(hand=hand, plant=_plant(variant, place), control=control)
     rows = simulate(_told(options, variant), duration_s=2.0)
     return float(rows["hand_torque_nm"][len(rows) // 2 :].mean())
 
 
 def _imperfect(variant: Variant) -> float:
     """Give the worst error on the way out with hysteresis, and drag and lag that are known."""
-    worst = 0.0
+    largest = 0.0
     for drag_share, lag_s in product(DRAG_SHARES, LAGS_S):
         plant, electrics = _plant(variant), Electrics()
         # On a plant with electrics the brake's lag is its coil's.
@@ -153,16 +155,16 @@ def _imperfect(variant: Variant) -> float:
             brake_drag_nm=drag_share * plant.brake_drag_nm,
             brake_time_constant_s=lag_s,
             electrics=replace(electrics, coil_inductance_h=lag_s * electrics.coil_resistance_ohm),
-            brake_hysteresis=BrakeHysteresis(half_width_nm=HYSTERESIS_SHARE * runs.BRAKE_NM),
+            brake_hysteresis=LOOP,
         )
-        worst = max(worst, _push(variant, WALL, plant).tracking_rms_out)
-    return worst
+        largest = max(largest, _push(variant, WALL, plant).tracking_rms_out)
+    return largest
 
 
-def _exits(variant: Variant) -> list[Results]:
+def _exits(variant: Variant, place: float = 0.0) -> list[Results]:
     rows = []
     for wall in CUT_WALLS:
-        options = runs.cut_options(runs.per_degree(wall), variant.law, plant=_plant(variant))
+        options = runs.cut_options(runs.per_degree(wall), variant.law, plant=_plant(variant, place))
         _, cut = runs.run_cut(_told(options, variant))
         rows.append(
             {
@@ -173,6 +175,11 @@ def _exits(variant: Variant) -> list[Results]:
             }
         )
     return rows
+
+
+def _slowest_s(left: list[Results]) -> float | None:
+    times = [row["exit_s"] for row in left]
+    return None if None in times else max(times)
 
 
 def _coarse(variant: Variant) -> Results:
@@ -189,6 +196,11 @@ def _coarse(variant: Variant) -> Results:
 
 
 def _with_wrong(options: LoopOptions, name: str, factor: float) -> LoopOptions:
+    """Make a device believe another value of an actuator's or a board's field."""
+    board = BoardConfig()
+    if hasattr(board, name):
+        board = replace(board, motor_current_continuous_a=board.motor_current_max_a)
+        return replace(options, board=replace(board, **{name: factor * getattr(board, name)}))
     told = options.actuator or options.plant.matching_config()
     return replace(options, actuator=replace(told, **{name: factor * getattr(told, name)}))
 
@@ -200,23 +212,19 @@ def worst(
 
     `wrong` are factors on what the device is told.
     """
-    stiffness, plant = runs.per_degree(WALL), _plant(variant)
-    give_rad = (runs.PEAK_NM + plant.knob_coulomb_nm) / runs.HAND_NM_PER_RAD
+    stiffness, told = runs.per_degree(WALL), wrong or {}
+    give_rad = (runs.PEAK_NM + _plant(variant).knob_coulomb_nm) / runs.HAND_NM_PER_RAD
     pull_s = (runs.WALL_RAD + runs.PEAK_NM / stiffness + give_rad) / exit_rad_s
-    visits = [
-        _told(
-            runs.push_options(
-                stiffness,
-                variant.law,
-                rate_hz=RATE_HZ,
-                plant=replace(plant, encoder_phase_counts=place / places),
-                pull_s=pull_s,
-            ),
-            variant,
+    visits = []
+    for place in range(places):
+        plant = _plant(variant, place / places)
+        if "brake_hysteresis_nm" in told:
+            plant = replace(plant, brake_hysteresis=LOOP)
+        visit = runs.push_options(
+            stiffness, variant.law, rate_hz=RATE_HZ, plant=plant, pull_s=pull_s
         )
-        for place in range(places)
-    ]
-    for name, factor in (wrong or {}).items():
+        visits.append(_told(visit, variant))
+    for name, factor in told.items():
         visits = [_with_wrong(visit, name, factor) for visit in visits]
     duration_s = runs.PUSH_DURATION_S - runs.PULL_S + pull_s
     rows = simulate_many(visits, duration_s=duration_s)
@@ -226,7 +234,16 @@ def worst(
         "exit_rad_s": exit_rad_s,
         "tracking_out": max(push.tracking_rms_out for push in pushes),
         "torque_gap_nm": max(push.torque_gap_nm for push in pushes),
+        "sensor_rms_nm": max(push.sensor_rms_nm for push in pushes),
     }
+
+
+def _worst_left(variant: Variant, places: int) -> Results:
+    """Give the worst exit after a cut, and the worst drag, of places within a count."""
+    each = [place / places for place in range(places)]
+    left = [row for place in each for row in _exits(variant, place)]
+    drag_nm = max(_drag_nm(variant, place) for place in each)
+    return {"slowest_exit_s": _slowest_s(left), "drag_nm": drag_nm}
 
 
 def _wrong_belief(variant: Variant, belief: str, places: int) -> Results:
@@ -243,7 +260,6 @@ def run(study: Study) -> Results:
         plant = _plant(variant)
         push, soft = _push(variant, WALL, plant), _push(variant, SOFT_WALL, plant)
         exits = _exits(variant)
-        times = [row["exit_s"] for row in exits]
         rows.append(
             {
                 "variant": variant.name,
@@ -253,7 +269,7 @@ def run(study: Study) -> Results:
                 "soft_torque_gap_nm": soft.torque_gap_nm,
                 "sensor_rms_nm": push.sensor_rms_nm,
                 "imperfect_tracking_out": _imperfect(variant),
-                "slowest_exit_s": None if None in times else max(times),
+                "slowest_exit_s": _slowest_s(exits),
                 "drag_nm": _drag_nm(variant),
                 "exits": exits,
                 "jnds": push.jnds(),
@@ -269,6 +285,7 @@ def run(study: Study) -> Results:
         "counts_per_rev": COUNTS,
         "at_8192_counts": [_coarse(variant) for variant in VARIANTS if variant.law == "calibrated"],
         "worst": [worst(known, speed, places) for speed in EXITS_RAD_S],
+        "worst_places": _worst_left(known, places),
         "wrong_beliefs": [_wrong_belief(known, belief, places) for belief in WRONG_BELIEFS],
         "count_step_jnds": perception.torque_jnds(step),
     }
