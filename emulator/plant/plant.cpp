@@ -103,21 +103,8 @@ void Plant::start_from_here() {
   grid_ns_ = (state_.time_ns / step_ns_ + 1) * step_ns_;
 }
 
-void Plant::set_command(const Command& command) {
-  require(std::isfinite(command.motor_command_nm), "plant: motor_command_nm must be finite");
-  require(std::isfinite(command.brake_command_nm), "plant: brake_command_nm must be finite");
-  command_ = command;
-  inputs_.motor_command_nm =
-      std::clamp(command.motor_command_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
-  coil_target_nm_ = std::clamp(command.brake_command_nm, 0.0, params_.brake_limit_nm);
-  state_.brake_target_nm = coil_target_nm_;
-  follow_coil();
-  between_ = false;  // the next step starts from here
-}
-
 void Plant::follow_coil() {
   coil_arrives_ns_ = Profile::kForeverNs;
-  if (!plays()) return;
   const double play_nm = params_.brake_hysteresis->half_width_nm;
   const double lag_s = model_.brake_time_constant_s;
   double& coil_nm = state_.brake_coil_nm;
@@ -178,7 +165,7 @@ void Plant::set_state(const PlantState& state) {
   require(std::isfinite(state.brake_coil_nm) && state.brake_coil_nm >= 0.0,
           "plant: brake_coil_nm must be finite and >= 0");
   state_ = state;
-  follow_coil();
+  if (plays()) follow_coil();
   make_consistent();
   refresh_hand_segment();
   start_from_here();
@@ -196,13 +183,13 @@ void Plant::advance(std::int64_t duration_ns) {
   between_ = false;
   do {
     const std::int64_t boundary_ns = std::min({grid_ns_, inputs_.hand.end_ns, coil_arrives_ns_});
-    if (boundary_ns > target_ns) {
+    if (boundary_ns > target_ns) [[unlikely]] {
       anchor_ = state_;
       between_ = true;
-      step_to(target_ns);
-      return;
     }
-    step_to(boundary_ns);
+    step_to(std::min(boundary_ns, target_ns));
+    if (between_) [[unlikely]]
+      return;
     if (boundary_ns == coil_arrives_ns_) follow_coil();
     if (boundary_ns == grid_ns_) grid_ns_ += step_ns_;
     // False for NaN. No encoder counts what turns faster.

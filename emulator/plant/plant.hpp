@@ -2,12 +2,15 @@
 /// The plant: the mechanics that the emulated device moves.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 
 #include "emulator/plant/exact/stepper.hpp"
 #include "emulator/plant/hand.hpp"
 #include "emulator/plant/params.hpp"
+#include "emulator/plant/require.hpp"
 #include "emulator/plant/state.hpp"
 #include "emulator/plant/stepper.hpp"
 
@@ -30,7 +33,17 @@ class Plant {
 
   /// Sets what is held from now on. Values beyond the actuators' limits are clipped to them.
   /// @throws std::invalid_argument if a value is not finite
-  void set_command(const Command& command);
+  void set_command(const Command& command) {
+    require(std::isfinite(command.motor_command_nm), "plant: motor_command_nm must be finite");
+    require(std::isfinite(command.brake_command_nm), "plant: brake_command_nm must be finite");
+    command_ = command;
+    inputs_.motor_command_nm =
+        std::clamp(command.motor_command_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
+    coil_target_nm_ = std::clamp(command.brake_command_nm, 0.0, params_.brake_limit_nm);
+    state_.brake_target_nm = coil_target_nm_;
+    if (plays()) follow_coil();
+    between_ = false;  // the next step starts from here
+  }
 
   /// Orders of the bridges of a plant with electrics from now on.
   struct Drive {

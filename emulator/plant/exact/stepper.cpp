@@ -44,8 +44,9 @@ class ExactStepper final : public Stepper {
     Event event;
   };
 
-  void load(const PlantState& state, const HeldInputs& inputs);
-  void store(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) const;
+  [[nodiscard]] Vector load(const PlantState& state, const HeldInputs& inputs);
+  void store(const Vector& z, PlantState& state, const HeldInputs& inputs,
+             std::int64_t duration_ns) const;
 
   /// The ladder of the present regime, made when it is met for the first time.
   [[nodiscard]] std::span<Rung<kShafts>> ladder();
@@ -67,9 +68,9 @@ class ExactStepper final : public Stepper {
 
   /// Takes the first of `rungs` if that certainly holds no event; if it does not, reach_ tells how
   /// much of it is worth another try.
-  [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs);
+  [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs, Vector& z);
   template <Moving kMoving>
-  [[nodiscard]] bool climb_with(const Rung<kShafts>& rung);
+  [[nodiscard]] bool climb_with(const Rung<kShafts>& rung, Vector& z);
   /// Goes on for `duration_ns` after the longest rung could not be taken.
   void go_in_cells(std::int64_t duration_ns);
   /// Takes the longest rung within `limit` cells that certainly holds no event. @returns which;
@@ -90,8 +91,8 @@ class ExactStepper final : public Stepper {
   void turn_brake();
   void pass_knee(int pieces);
   void pass_cogging(int pieces);
-  [[nodiscard]] Slip knob_at_rest() const;
-  [[nodiscard]] Slip brake_at_rest() const;
+  [[nodiscard]] Slip knob_at_rest(const Vector& z) const;
+  [[nodiscard]] Slip brake_at_rest(const Vector& z) const;
 
   PlantModel model_;
   Chain<kShafts> chain_;
@@ -149,8 +150,9 @@ template <int kShafts>
 }
 
 template <int kShafts>
-[[gnu::always_inline]] inline void ExactStepper<kShafts>::load(const PlantState& state,
-                                                               const HeldInputs& inputs) {
+[[gnu::always_inline]] inline typename ExactStepper<kShafts>::Vector ExactStepper<kShafts>::load(
+    const PlantState& state, const HeldInputs& inputs) {
+  Vector z{};
   stalled_ = 0;
   if (pieces_ && !model_.cogging_nm.empty()) {
     regime_.cogging = cogging_at(model_, state.knob_angle);
@@ -158,85 +160,87 @@ template <int kShafts>
     travel_high_ = regime_.cogging.end_rad;
   }
   const HandForce hand = hand_force(model_, state, inputs);
-  z_[C::kForce] = inputs.motor_command_nm + hand.force_nm + regime_.cogging.torque_nm;
-  z_[C::kSlope] = hand.slope_nm_per_s;
-  z_[C::kCoulomb] = model_.knob_coulomb_nm;
-  z_[C::kTravel] = 0.0;
-  z_[C::kMotorGap] =
-      chain_.motor_rate > 0.0 ? state.motor_torque_nm - inputs.motor_command_nm : 0.0;
-  for (std::size_t i = 0; i < kShafts; ++i) z_[C::kSpeed + i] = state.speed_rad_s[i];
+  z[C::kForce] = inputs.motor_command_nm + hand.force_nm + regime_.cogging.torque_nm;
+  z[C::kSlope] = hand.slope_nm_per_s;
+  z[C::kCoulomb] = model_.knob_coulomb_nm;
+  z[C::kTravel] = 0.0;
+  z[C::kMotorGap] = chain_.motor_rate > 0.0 ? state.motor_torque_nm - inputs.motor_command_nm : 0.0;
+  unrolled<kShafts>([&](auto i) { z[C::kSpeed + i] = state.speed_rad_s[i]; });
   if constexpr (kShafts > 1) {
-    for (std::size_t i = 0; i < C::kSprings; ++i) z_[C::kTwist + i] = state.twist_rad[i];
+    unrolled<C::kSprings>([&](auto i) { z[C::kTwist + i] = state.twist_rad[i]; });
     if (pieces_) {
       regime_.spring_piece = spring_piece_at(model_, state.twist_rad[0]);
-      z_[C::kTwist] -= spring_piece().rest_rad;
+      z[C::kTwist] -= spring_piece().rest_rad;
     }
-    z_[C::kCapacity] = state.brake_target_nm + model_.brake_drag_nm;
-    z_[C::kBrakeGap] =
+    z[C::kCapacity] = state.brake_target_nm + model_.brake_drag_nm;
+    z[C::kBrakeGap] =
         chain_.brake_rate > 0.0 ? state.brake_magnetic_nm - state.brake_target_nm : 0.0;
-    const double speed = z_[C::kLast];
-    regime_.brake = speed == 0.0 ? brake_at_rest() : direction_of(speed);
+    const double speed = z[C::kLast];
+    regime_.brake = speed == 0.0 ? brake_at_rest(z) : direction_of(speed);
   }
-  if (driven_) return;
-  const double speed = z_[C::kSpeed];
-  regime_.knob = speed == 0.0 ? knob_at_rest() : direction_of(speed);
+  if (!driven_) {
+    const double speed = z[C::kSpeed];
+    regime_.knob = speed == 0.0 ? knob_at_rest(z) : direction_of(speed);
+  }
+  return z;
 }
 
 template <int kShafts>
-[[gnu::always_inline]] inline void ExactStepper<kShafts>::store(PlantState& state,
+[[gnu::always_inline]] inline void ExactStepper<kShafts>::store(const Vector& z, PlantState& state,
                                                                 const HeldInputs& inputs,
                                                                 std::int64_t duration_ns) const {
   state.time_ns += duration_ns;
-  state.knob_angle.add(z_[C::kTravel]);
-  state.motor_torque_nm = inputs.motor_command_nm + settled(z_[C::kMotorGap]);
-  for (std::size_t i = 0; i < 3; ++i) {
-    state.speed_rad_s[i] = z_[C::kSpeed + std::min<std::size_t>(i, kShafts - 1)];
-  }
+  state.knob_angle.add(z[C::kTravel]);
+  state.motor_torque_nm = inputs.motor_command_nm + settled(z[C::kMotorGap]);
+  unrolled<3>(
+      [&](auto i) { state.speed_rad_s[i] = z[C::kSpeed + std::min<std::size_t>(i, kShafts - 1)]; });
   if constexpr (kShafts > 1) {
-    for (std::size_t i = 0; i < C::kSprings; ++i) state.twist_rad[i] = z_[C::kTwist + i];
+    unrolled<C::kSprings>([&](auto i) { state.twist_rad[i] = z[C::kTwist + i]; });
     if (pieces_) state.twist_rad[0] += spring_piece().rest_rad;
-    state.brake_magnetic_nm = state.brake_target_nm + settled(z_[C::kBrakeGap]);
+    state.brake_magnetic_nm = state.brake_target_nm + settled(z[C::kBrakeGap]);
   }
 }
 
 template <int kShafts>
-Slip ExactStepper<kShafts>::knob_at_rest() const {
-  const double demand = chain_.knob_demand(z_, regime_);
-  if (std::abs(demand) <= z_[C::kCoulomb]) return Slip::held;
+Slip ExactStepper<kShafts>::knob_at_rest(const Vector& z) const {
+  const double demand = chain_.knob_demand(z, regime_);
+  if (std::abs(demand) <= z[C::kCoulomb]) return Slip::held;
   return direction_of(demand);
 }
 
 template <int kShafts>
-Slip ExactStepper<kShafts>::brake_at_rest() const {
+Slip ExactStepper<kShafts>::brake_at_rest(const Vector& z) const {
   if constexpr (kShafts > 1) {
-    const double demand = chain_.brake_demand(z_, regime_);
-    if (std::abs(demand) <= chain_.capacity(z_)) return Slip::held;
+    const double demand = chain_.brake_demand(z, regime_);
+    if (std::abs(demand) <= chain_.capacity(z)) return Slip::held;
     return direction_of(demand);
   }
   return Slip::held;
 }
 
 template <int kShafts>
-[[gnu::always_inline]] inline bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
+[[gnu::always_inline]] inline bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs,
+                                                                Vector& z) {
   if (!rungs[0].bends_known) [[unlikely]]
     find_bends<kShafts>(chain_, regime_, rungs);
   if constexpr (kShafts == 2) {
     const bool knob = regime_.knob != Slip::held || driven_;
     if (regime_.brake == Slip::held) {
-      return knob ? climb_with<Moving{true, false}>(rungs[0])
-                  : climb_with<Moving{false, false}>(rungs[0]);
+      return knob ? climb_with<Moving{true, false}>(rungs[0], z)
+                  : climb_with<Moving{false, false}>(rungs[0], z);
     }
-    if (!knob) return climb_with<Moving{false, true}>(rungs[0]);
+    if (!knob) return climb_with<Moving{false, true}>(rungs[0], z);
   }
-  return climb_with<kAllMove>(rungs[0]);
+  return climb_with<kAllMove>(rungs[0], z);
 }
 
 // Nearly all of the emulator's time is spent here.
 template <int kShafts>
 template <Moving kMoving>
-[[gnu::flatten]] bool ExactStepper<kShafts>::climb_with(const Rung<kShafts>& rung) {
-  const auto drive = chain_.drives(z_, regime_);
-  const Vector next = advanced<kShafts, kMoving>(chain_, regime_, rung, z_, drive);
+[[gnu::always_inline]] inline bool ExactStepper<kShafts>::climb_with(const Rung<kShafts>& rung,
+                                                                     Vector& z) {
+  const auto drive = chain_.drives(z, regime_);
+  const Vector next = advanced<kShafts, kMoving>(chain_, regime_, rung, z, drive);
   bool certain = true;
   reach_ = 1.0;
   crossing_ = false;
@@ -255,23 +259,23 @@ template <Moving kMoving>
   };
   using Column = typename Rung<kShafts>::Column;
   const Pair friction_bends = bends_of<kShafts, kMoving>(&Column::friction_bend, rung, drive);
-  if (!driven_) look(knob_room(z_), knob_room(next), friction_bends[kKnob]);
-  if constexpr (kShafts > 1) look(brake_room(z_), brake_room(next), friction_bends[kBrake]);
+  if (!driven_) look(knob_room(z), knob_room(next), friction_bends[kKnob]);
+  if constexpr (kShafts > 1) look(brake_room(z), brake_room(next), friction_bends[kBrake]);
   if (pieces_) {
     const Pair bends = bends_of<kShafts, kMoving>(&Column::piece_bend, rung, drive);
     if constexpr (kShafts > 1) {
       const SpringPiece& piece = spring_piece();
-      const double begin = z_[C::kTwist] + piece.rest_rad;
+      const double begin = z[C::kTwist] + piece.rest_rad;
       const double end = next[C::kTwist] + piece.rest_rad;
       look(begin - piece.begin_rad, end - piece.begin_rad, bends[kTwisted]);
       look(piece.end_rad - begin, piece.end_rad - end, bends[kTwisted]);
     }
     const double bend = bends[kTravelled];
-    look(z_[C::kTravel] - travel_low_, next[C::kTravel] - travel_low_, bend);
-    look(travel_high_ - z_[C::kTravel], travel_high_ - next[C::kTravel], bend);
+    look(z[C::kTravel] - travel_low_, next[C::kTravel] - travel_low_, bend);
+    look(travel_high_ - z[C::kTravel], travel_high_ - next[C::kTravel], bend);
   }
   if (!certain) return false;
-  unrolled<C::kVarying>([&](auto i) { z_[i] = next[i]; });
+  unrolled<C::kVarying>([&](auto i) { z[i] = next[i]; });
   return true;
 }
 
@@ -323,7 +327,7 @@ void ExactStepper<kShafts>::turn_knob() {
     regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
   } else {
     z_[C::kSpeed] = 0.0;
-    regime_.knob = knob_at_rest();
+    regime_.knob = knob_at_rest(z_);
   }
 }
 
@@ -334,7 +338,7 @@ void ExactStepper<kShafts>::turn_brake() {
       regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
     } else {
       z_[C::kLast] = 0.0;
-      regime_.brake = brake_at_rest();
+      regime_.brake = brake_at_rest(z_);
     }
   }
 }
@@ -366,12 +370,12 @@ void ExactStepper<kShafts>::creep_through(double rest_s) {
 }
 
 template <int kShafts>
-std::size_t ExactStepper<kShafts>::climb_within(double limit, double& reach) {
+[[gnu::flatten]] std::size_t ExactStepper<kShafts>::climb_within(double limit, double& reach) {
   const auto rungs = ladder();
   for (std::size_t rung = 0; rung < rungs_; ++rung) {
     const auto length = static_cast<double>(cells_of(rung));
     if (length > limit) continue;
-    if (climb(rungs.subspan(rung))) return rung;
+    if (climb(rungs.subspan(rung), z_)) return rung;
     limit = reach_ * length;
     if (crossing_) reach = limit;
   }
@@ -410,11 +414,16 @@ template <int kShafts>
 }
 
 template <int kShafts>
-void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
-                                 std::int64_t duration_ns) {
-  load(state, inputs);
-  if (duration_ns != longest_ns_ || !climb(ladder())) go_in_cells(duration_ns);
-  store(state, inputs, duration_ns);
+[[gnu::flatten]] void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
+                                                  std::int64_t duration_ns) {
+  Vector z = load(state, inputs);
+  if (duration_ns != longest_ns_ || !climb(ladder(), z)) [[unlikely]] {
+    // A copy, so that elsewhere the state stays in registers.
+    z_ = z;
+    go_in_cells(duration_ns);
+    z = z_;
+  }
+  store(z, state, inputs, duration_ns);
 }
 
 }  // namespace
