@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
 
 #include "torsio/error.hpp"
@@ -28,6 +29,15 @@ inline pybind11::str to_text(std::string_view message) {
       message.data(), static_cast<Py_ssize_t>(message.size()), "surrogateescape"));
 }
 
+/// A name in Python's words, made once. With the interpreter's lock.
+/// @param name lives as long as the process
+inline pybind11::handle interned(const char* name) {
+  static std::unordered_map<const char*, PyObject*> made;
+  PyObject*& text = made[name];
+  if (text == nullptr) text = PyUnicode_InternFromString(name);
+  return text;
+}
+
 class Attributes {
  public:
   /// @param wanted the class that it should be of, for the message if it is not
@@ -39,7 +49,7 @@ class Attributes {
   }
 
   [[nodiscard]] pybind11::object get(const char* name) const {
-    PyObject* const value = PyObject_GetAttrString(source_.ptr(), name);
+    PyObject* const value = PyObject_GetAttr(source_.ptr(), interned(name).ptr());
     if (value != nullptr) return pybind11::reinterpret_steal<pybind11::object>(value);
     if (PyErr_ExceptionMatches(PyExc_AttributeError) == 0) throw pybind11::error_already_set();
     PyErr_Clear();

@@ -381,7 +381,14 @@ void bind_orders(py::class_<PyKnob>& knob) {
            })
       .def("save", call(&Knob::save))
       .def("load_defaults", call(&Knob::load_defaults))
-      .def("play", call<Knob, std::string, const Scene&>(&Knob::play))
+      .def("play",
+           [](const PyKnob& self, const py::object& given) {
+             const Scene scene = scene_from_python(given);
+             return self.run([&] {
+               std::string swings = self->play(scene);
+               return std::pair(std::move(swings), self->state() == State::disarmed);
+             });
+           })
       .def("stream_local_model",
            [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
               double damping_nm_s_per_rad, double deadline_s) {

@@ -53,6 +53,31 @@ double slope_of(const core::Effect& effect) {
       effect);
 }
 
+/// @returns false if the bytes are not this report
+template <class Report>
+bool read_as(const protocol::ReportBytes& bytes, Report& report) {
+  return bytes[0] == protocol::Layout<Report>::id && protocol::decode(bytes, report).ok();
+}
+
+/// The steepest that all together get.
+double slope_of(std::span<const protocol::ReportBytes> reports, const core::Resolution& resolution,
+                bool only_local) {
+  double sum = 0.0;
+  const auto add = [&]<class Report>(const protocol::ReportBytes& bytes, Report& report) {
+    core::Effect effect;
+    if (read_as(bytes, report) && device::prepare(report, resolution, effect).ok()) {
+      sum += slope_of(effect);
+    }
+  };
+  for (const protocol::ReportBytes& bytes : reports) {
+    protocol::LocalModel local;
+    if (read_as(bytes, local)) return std::numeric_limits<double>::infinity();
+    if (only_local) continue;
+    std::apply([&](auto... effect) { (add(bytes, effect), ...); }, protocol::EffectReports{});
+  }
+  return sum;
+}
+
 /// Half a period for what is held, the motor's lag and the control's delay.
 double late_s(const core::Parts& parts) {
   return 0.5 * double{parts.period_s} + double{parts.motor_time_constant_s + parts.delay_s};
@@ -132,22 +157,17 @@ class Played {
   std::vector<std::int64_t> places{0};
   bool plays = false;         // anything at all
   bool feels_motion = false;  // speed or acceleration matter
-  double steepest_nm_per_rad = 0.0;
 
  private:
   template <class Report>
   void take(const protocol::ReportBytes& bytes, Report& report) {
-    if (bytes[0] != protocol::Layout<Report>::id || !protocol::decode(bytes, report).ok()) return;
+    if (!read_as(bytes, report)) return;
     plays = true;
     protocol::Layout<Report>::fields.apply(
         [&](const auto&... field) { (look_at(field.name, report.*field.member), ...); });
-    if constexpr (std::is_same_v<Report, protocol::LocalModel>) {
-      steepest_nm_per_rad = std::numeric_limits<double>::infinity();
-    }
     if constexpr (requires { report.target; }) {
       core::Effect& effect = scene_->effect.at(scene_->active);
       if (device::prepare(report, resolution_, effect).ok()) {
-        steepest_nm_per_rad += slope_of(effect);
         scene_->order.at(scene_->active) = scene_->active;
         ++scene_->active;
       }
@@ -156,8 +176,7 @@ class Played {
 
   void take_points(const protocol::ReportBytes& bytes) {
     protocol::CurvePoints report;
-    if (bytes[0] != protocol::Layout<protocol::CurvePoints>::id) return;
-    if (!protocol::decode(bytes, report).ok()) return;
+    if (!read_as(bytes, report)) return;
     const std::size_t room = scene_->curve_torque_nm.size() - report.first_point;
     std::copy_n(report.torque_nm.begin(), std::min<std::size_t>(report.points, room),
                 scene_->curve_torque_nm.begin() + report.first_point);
@@ -346,14 +365,20 @@ class Loop {
 
 std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                           const protocol::ActuatorConfig& actuator,
-                          const protocol::ControlConfig& control, std::uint32_t control_period_ns) {
+                          const protocol::ControlConfig& control, std::uint32_t control_period_ns,
+                          std::atomic<double>& rests_nm_per_rad) {
   const core::Resolution resolution =
       core::make_resolution(actuator.counts_per_rev, control_period_ns);
   const bool bounds = core::traits(static_cast<core::Law>(control.law)).bounds;
+  const double slope_nm_per_rad = slope_of(reports, resolution, bounds);
+  if (slope_nm_per_rad <= rests_nm_per_rad) return {};
+  const core::Parts parts = device::parts(actuator, control, resolution);
+  if (surely_rest(parts, slope_nm_per_rad)) {
+    rests_nm_per_rad = slope_nm_per_rad;
+    return {};
+  }
   const Played played(reports, resolution, bounds);
   if (!played.plays) return {};
-  const core::Parts parts = device::parts(actuator, control, resolution);
-  if (surely_rest(parts, played.steepest_nm_per_rad)) return {};
   if (!Loop(played, parts, double{control.speed_bandwidth_hz}).swings()) return {};
   const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
   return "let go, the knob may swing in this for ever: together the effects are stiffer, damp more "

@@ -187,15 +187,15 @@ class Knob::Impl {
   std::atomic<bool> autonomous_{false};
 
   std::string swing_warning(const std::vector<protocol::ReportBytes>& reports) {
-    std::optional<Configs> configs;
+    std::shared_ptr<Configs> configs;
     {
       const std::lock_guard lock(swings_mutex_);
       configs = configs_;
     }
     if (!configs) {
       try {
-        configs.emplace(session.requests.get<protocol::ActuatorConfig>(),
-                        session.requests.get<protocol::ControlConfig>());
+        configs = std::make_shared<Configs>(session.requests.get<protocol::ActuatorConfig>(),
+                                            session.requests.get<protocol::ControlConfig>());
       } catch (const Interrupted&) {
         throw;
       } catch (const Error&) {  // the scene plays; what cannot be judged is no failure of it
@@ -204,13 +204,19 @@ class Knob::Impl {
       const std::lock_guard lock(swings_mutex_);
       configs_ = configs;
     }
-    return conversion::swing_warning(reports, configs->first, configs->second,
-                                     identity().control_period_ns);
+    return conversion::swing_warning(reports, configs->actuator, configs->control,
+                                     identity().control_period_ns, configs->rests_nm_per_rad);
   }
 
-  using Configs = std::pair<protocol::ActuatorConfig, protocol::ControlConfig>;
+  struct Configs {
+    Configs(const protocol::ActuatorConfig& actuator_in, const protocol::ControlConfig& control_in)
+        : actuator(actuator_in), control(control_in) {}
+    protocol::ActuatorConfig actuator;
+    protocol::ControlConfig control;
+    std::atomic<double> rests_nm_per_rad{-1.0};  // see conversion::swing_warning()
+  };
   std::mutex swings_mutex_;  // guards the next three, and is not held while the device is asked
-  std::optional<Configs> configs_;
+  std::shared_ptr<Configs> configs_;
   std::vector<protocol::ReportBytes> scene_;
   LocalModel streamed_;  // most stiffness and damping since the scene began
 

@@ -22,6 +22,7 @@ from torsio.knob.steps import Steps
 from torsio.knob.telemetry import KnobTelemetry
 from torsio.knob.warnings import held_low, no_speed_limit
 from torsio.printed.config_questions import ConfigQuestions
+from torsio.printed.scenes import Scene
 from torsio.printed.told import (
     Clock,
     DeviceInfo,
@@ -240,8 +241,11 @@ class Knob(ConfigQuestions):
 
     # Scenes ----------------------------------------------------------------------------
 
-    @of_part("_scenes", KnobScenes.play)
-    def play(self) -> None: ...
+    # Written out, which is faster: a program may call it each millisecond.
+    def play(self, scene: Scene) -> None:  # noqa: D102
+        self._scenes.play(scene)
+
+    play.__doc__ = KnobScenes.play.__doc__
 
     @of_part("_scenes", KnobScenes.stable_stiffness)
     def stable_stiffness(self) -> None: ...

@@ -63,8 +63,8 @@ class KnobScenes:
                 # It may have no end: one effect too many is enough to refuse it.
                 scene = list(islice(scene, _MAX_EFFECTS + 1))
             effects = list(scene) if isinstance(scene, Iterable) else [scene]
-        swings = self._knob.play(scene)
-        self._recording.awaits_arm = bool(effects) and self._knob.state == "disarmed"
+        swings, is_disarmed = self._knob.play(scene)
+        self._recording.awaits_arm = bool(effects) and is_disarmed
         self._recording.note("play", scene=effects)
         if swings:
             warn(StiffnessWarning(swings))

@@ -38,11 +38,25 @@ def warn(warning: Warning) -> None:
     warnings.warn(warning, stacklevel=1 + len(list(own)))
 
 
-def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
+def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> list[SceneWarning]:
     """Say what in a scene is hardly meant; the knob is asked for its limits only if it matters."""
+    odd = []
+    asking = []
     for of in effects:
-        if (warning := _degrees(of)) is not None:
-            yield warning
+        angles, torques = _names(type(of))
+        if torques:
+            asking.append(of)
+        for name in angles:
+            given = getattr(of, name)
+            if given and not -1.0 <= given <= 1.0 and (found := _degrees(of, name, float(given))):
+                odd.append(found)
+                break
+    if asking:
+        odd += _too_much(asking, limits)
+    return odd
+
+
+def _too_much(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
     asked_nm = _most_nm(effects)
     if asked_nm <= _GIVEN_BY_ANY_NM:
         return
@@ -69,19 +83,15 @@ def _names_of(kind: Any) -> tuple[list[str], set[str]]:
 _names: Callable[[Any], tuple[list[str], set[str]]] = cache(_names_of)
 
 
-def _degrees(of: Effect) -> SceneWarning | None:
-    """Find an angle that looks as if somebody had written degrees."""
-    for name in _names(type(of))[0]:
-        if not (given := getattr(of, name)) or -1.0 <= given <= 1.0:  # looks like none
-            continue
-        angle_rad = float(given)
-        turns = abs(angle_rad) / math.tau
-        is_round = (2.0 * angle_rad).is_integer()
-        if (is_round and abs(angle_rad) > _ROUND_RAD.get(name, math.tau)) or turns > _TURNS:
-            return SceneWarning(
-                f"{type(of).__name__}: {name} is {angle_rad:g} radians, {turns:.3g} turns; if "
-                f"degrees are meant, write {name}=torsio.deg({angle_rad:g})"
-            )
+def _degrees(of: Effect, name: str, angle_rad: float) -> SceneWarning | None:
+    """Tell of an angle that looks as if somebody had written degrees."""
+    turns = abs(angle_rad) / math.tau
+    is_round = (2.0 * angle_rad).is_integer()
+    if (is_round and abs(angle_rad) > _ROUND_RAD.get(name, math.tau)) or turns > _TURNS:
+        return SceneWarning(
+            f"{type(of).__name__}: {name} is {angle_rad:g} radians, {turns:.3g} turns; if "
+            f"degrees are meant, write {name}=torsio.deg({angle_rad:g})"
+        )
     return None
 
 
@@ -90,7 +100,7 @@ def _most_nm(effects: list[Effect]) -> float:
 
     Those that grow with depth, speed or acceleration have none.
     """
-    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects if _names(type(of))[1]]
+    asking = [(*_span_s(of), *_reach_nm(of)) for of in effects]
     most_nm = 0.0
     for moment_s, *_ in asking:
         plays = [(low, high) for begin_s, end_s, low, high in asking if begin_s <= moment_s < end_s]
