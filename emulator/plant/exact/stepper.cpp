@@ -28,7 +28,8 @@
 namespace torsio::emulator {
 namespace {
 
-template <int kShafts>
+/// @tparam kPlain no prescribed path, and nothing that is linear in pieces only
+template <int kShafts, bool kPlain = false>
 class ExactStepper final : public Stepper {
  public:
   ExactStepper(PlantModel model, std::int64_t step_ns);
@@ -62,6 +63,8 @@ class ExactStepper final : public Stepper {
     if (regime_.brake != Slip::held) return sign_of(regime_.brake) * z[C::kLast];
     return chain_.capacity(z) - std::abs(chain_.brake_demand(z, regime_));
   }
+  [[nodiscard]] bool driven() const { return !kPlain && driven_; }
+  [[nodiscard]] bool pieces() const { return !kPlain && pieces_; }
   [[nodiscard]] const SpringPiece& spring_piece() const {
     return model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
   }
@@ -117,8 +120,8 @@ class ExactStepper final : public Stepper {
   int stalled_ = 0;        // events in a row without any time between them
 };
 
-template <int kShafts>
-ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
+template <int kShafts, bool kPlain>
+ExactStepper<kShafts, kPlain>::ExactStepper(PlantModel model, std::int64_t step_ns)
     : model_(std::move(model)),
       chain_(model_),
       driven_(model_.knob_is_driven()),
@@ -134,10 +137,10 @@ ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
   ladders_.resize(regimes * (rungs_ + kFiner));
 }
 
-template <int kShafts>
-[[gnu::always_inline]] inline std::span<Rung<kShafts>> ExactStepper<kShafts>::ladder() {
+template <int kShafts, bool kPlain>
+[[gnu::always_inline]] inline std::span<Rung<kShafts>> ExactStepper<kShafts, kPlain>::ladder() {
   int regime = 3 * static_cast<int>(regime_.knob) + static_cast<int>(regime_.brake) + 4;
-  if (pieces_) {
+  if (pieces()) {
     const int springs = static_cast<int>(std::max<std::size_t>(1, model_.shaft_spring.size()));
     regime += 9 * (regime_.cogging.index * springs + regime_.spring_piece);
   }
@@ -149,18 +152,19 @@ template <int kShafts>
   return rungs;
 }
 
-template <int kShafts>
-[[gnu::always_inline]] inline typename ExactStepper<kShafts>::Vector ExactStepper<kShafts>::load(
-    const PlantState& state, const HeldInputs& inputs) {
+template <int kShafts, bool kPlain>
+[[gnu::always_inline]] inline typename ExactStepper<kShafts, kPlain>::Vector
+ExactStepper<kShafts, kPlain>::load(const PlantState& state, const HeldInputs& inputs) {
   Vector z{};
   stalled_ = 0;
-  if (pieces_ && !model_.cogging_nm.empty()) {
+  if (pieces() && !model_.cogging_nm.empty()) {
     regime_.cogging = cogging_at(model_, state.knob_angle);
     travel_low_ = regime_.cogging.begin_rad;
     travel_high_ = regime_.cogging.end_rad;
   }
   const HandForce hand = hand_force(model_, state, inputs);
-  z[C::kForce] = inputs.motor_command_nm + hand.force_nm + regime_.cogging.torque_nm;
+  z[C::kForce] =
+      inputs.motor_command_nm + hand.force_nm + (pieces() ? regime_.cogging.torque_nm : 0.0);
   z[C::kSlope] = hand.slope_nm_per_s;
   z[C::kCoulomb] = model_.knob_coulomb_nm;
   z[C::kTravel] = 0.0;
@@ -168,7 +172,7 @@ template <int kShafts>
   unrolled<kShafts>([&](auto i) { z[C::kSpeed + i] = state.speed_rad_s[i]; });
   if constexpr (kShafts > 1) {
     unrolled<C::kSprings>([&](auto i) { z[C::kTwist + i] = state.twist_rad[i]; });
-    if (pieces_) {
+    if (pieces()) {
       regime_.spring_piece = spring_piece_at(model_, state.twist_rad[0]);
       z[C::kTwist] -= spring_piece().rest_rad;
     }
@@ -178,17 +182,16 @@ template <int kShafts>
     const double speed = z[C::kLast];
     regime_.brake = speed == 0.0 ? brake_at_rest(z) : direction_of(speed);
   }
-  if (!driven_) {
+  if (!driven()) {
     const double speed = z[C::kSpeed];
     regime_.knob = speed == 0.0 ? knob_at_rest(z) : direction_of(speed);
   }
   return z;
 }
 
-template <int kShafts>
-[[gnu::always_inline]] inline void ExactStepper<kShafts>::store(const Vector& z, PlantState& state,
-                                                                const HeldInputs& inputs,
-                                                                std::int64_t duration_ns) const {
+template <int kShafts, bool kPlain>
+[[gnu::always_inline]] inline void ExactStepper<kShafts, kPlain>::store(
+    const Vector& z, PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) const {
   state.time_ns += duration_ns;
   state.knob_angle.add(z[C::kTravel]);
   state.motor_torque_nm = inputs.motor_command_nm + settled(z[C::kMotorGap]);
@@ -196,20 +199,20 @@ template <int kShafts>
       [&](auto i) { state.speed_rad_s[i] = z[C::kSpeed + std::min<std::size_t>(i, kShafts - 1)]; });
   if constexpr (kShafts > 1) {
     unrolled<C::kSprings>([&](auto i) { state.twist_rad[i] = z[C::kTwist + i]; });
-    if (pieces_) state.twist_rad[0] += spring_piece().rest_rad;
+    if (pieces()) state.twist_rad[0] += spring_piece().rest_rad;
     state.brake_magnetic_nm = state.brake_target_nm + settled(z[C::kBrakeGap]);
   }
 }
 
-template <int kShafts>
-Slip ExactStepper<kShafts>::knob_at_rest(const Vector& z) const {
+template <int kShafts, bool kPlain>
+Slip ExactStepper<kShafts, kPlain>::knob_at_rest(const Vector& z) const {
   const double demand = chain_.knob_demand(z, regime_);
   if (std::abs(demand) <= z[C::kCoulomb]) return Slip::held;
   return direction_of(demand);
 }
 
-template <int kShafts>
-Slip ExactStepper<kShafts>::brake_at_rest(const Vector& z) const {
+template <int kShafts, bool kPlain>
+Slip ExactStepper<kShafts, kPlain>::brake_at_rest(const Vector& z) const {
   if constexpr (kShafts > 1) {
     const double demand = chain_.brake_demand(z, regime_);
     if (std::abs(demand) <= chain_.capacity(z)) return Slip::held;
@@ -218,13 +221,13 @@ Slip ExactStepper<kShafts>::brake_at_rest(const Vector& z) const {
   return Slip::held;
 }
 
-template <int kShafts>
-[[gnu::always_inline]] inline bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs,
-                                                                Vector& z) {
+template <int kShafts, bool kPlain>
+[[gnu::always_inline]] inline bool ExactStepper<kShafts, kPlain>::climb(
+    std::span<Rung<kShafts>> rungs, Vector& z) {
   if (!rungs[0].bends_known) [[unlikely]]
     find_bends<kShafts>(chain_, regime_, rungs);
   if constexpr (kShafts == 2) {
-    const bool knob = regime_.knob != Slip::held || driven_;
+    const bool knob = regime_.knob != Slip::held || driven();
     if (regime_.brake == Slip::held) {
       return knob ? climb_with<Moving{true, false}>(rungs[0], z)
                   : climb_with<Moving{false, false}>(rungs[0], z);
@@ -235,10 +238,10 @@ template <int kShafts>
 }
 
 // Nearly all of the emulator's time is spent here.
-template <int kShafts>
+template <int kShafts, bool kPlain>
 template <Moving kMoving>
-[[gnu::always_inline]] inline bool ExactStepper<kShafts>::climb_with(const Rung<kShafts>& rung,
-                                                                     Vector& z) {
+[[gnu::always_inline]] inline bool ExactStepper<kShafts, kPlain>::climb_with(
+    const Rung<kShafts>& rung, Vector& z) {
   const auto drive = chain_.drives(z, regime_);
   const Vector next = advanced<kShafts, kMoving>(chain_, regime_, rung, z, drive);
   bool certain = true;
@@ -259,9 +262,9 @@ template <Moving kMoving>
   };
   using Column = typename Rung<kShafts>::Column;
   const Pair friction_bends = bends_of<kShafts, kMoving>(&Column::friction_bend, rung, drive);
-  if (!driven_) look(knob_room(z), knob_room(next), friction_bends[kKnob]);
+  if (!driven()) look(knob_room(z), knob_room(next), friction_bends[kKnob]);
   if constexpr (kShafts > 1) look(brake_room(z), brake_room(next), friction_bends[kBrake]);
-  if (pieces_) {
+  if (pieces()) {
     const Pair bends = bends_of<kShafts, kMoving>(&Column::piece_bend, rung, drive);
     if constexpr (kShafts > 1) {
       const SpringPiece& piece = spring_piece();
@@ -279,8 +282,9 @@ template <Moving kMoving>
   return true;
 }
 
-template <int kShafts>
-typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step_s) {
+template <int kShafts, bool kPlain>
+typename ExactStepper<kShafts, kPlain>::Outcome ExactStepper<kShafts, kPlain>::creep(
+    double step_s) {
   constexpr int kMostStalled = 16;
   if (stalled_ == kMostStalled) {
     // Rounding makes laws contradict each other here: each sends the shaft to the other one. The
@@ -293,15 +297,15 @@ typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step
 
   const auto series = taylor_series(chain_, z_, regime_, step_s);
   EventSearch<kShafts> search(chain_, regime_, series);
-  search.look_at_friction(driven_, step_s);
-  if (pieces_) search.look_at_pieces(travel_low_, travel_high_);
+  search.look_at_friction(driven(), step_s);
+  if (pieces()) search.look_at_pieces(travel_low_, travel_high_);
   z_ = value_at<kShafts>(series, search.until());
   const double share = search.event() == Event::none ? 1.0 : search.until();
   return {share * step_s, search.event()};
 }
 
-template <int kShafts>
-void ExactStepper<kShafts>::take(Event event) {
+template <int kShafts, bool kPlain>
+void ExactStepper<kShafts, kPlain>::take(Event event) {
   switch (event) {
     case Event::none:
       break;
@@ -321,8 +325,8 @@ void ExactStepper<kShafts>::take(Event event) {
 }
 
 /// Friction lets go of the knob or catches it, and likewise the brake.
-template <int kShafts>
-void ExactStepper<kShafts>::turn_knob() {
+template <int kShafts, bool kPlain>
+void ExactStepper<kShafts, kPlain>::turn_knob() {
   if (regime_.knob == Slip::held) {
     regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
   } else {
@@ -331,8 +335,8 @@ void ExactStepper<kShafts>::turn_knob() {
   }
 }
 
-template <int kShafts>
-void ExactStepper<kShafts>::turn_brake() {
+template <int kShafts, bool kPlain>
+void ExactStepper<kShafts, kPlain>::turn_brake() {
   if constexpr (kShafts > 1) {
     if (regime_.brake == Slip::held) {
       regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
@@ -343,23 +347,23 @@ void ExactStepper<kShafts>::turn_brake() {
   }
 }
 
-template <int kShafts>
-void ExactStepper<kShafts>::pass_knee(int pieces) {
+template <int kShafts, bool kPlain>
+void ExactStepper<kShafts, kPlain>::pass_knee(int pieces) {
   const double twist = z_[C::kTwist] + spring_piece().rest_rad;
   regime_.spring_piece += pieces;
   z_[C::kTwist] = twist - spring_piece().rest_rad;
 }
 
-template <int kShafts>
-void ExactStepper<kShafts>::pass_cogging(int pieces) {
+template <int kShafts, bool kPlain>
+void ExactStepper<kShafts, kPlain>::pass_cogging(int pieces) {
   const double border = pieces > 0 ? travel_high_ : travel_low_;
   regime_.cogging = neighbour(model_, regime_.cogging, pieces);
   travel_low_ = border + regime_.cogging.begin_rad;
   travel_high_ = border + regime_.cogging.end_rad;
 }
 
-template <int kShafts>
-void ExactStepper<kShafts>::creep_through(double rest_s) {
+template <int kShafts, bool kPlain>
+void ExactStepper<kShafts, kPlain>::creep_through(double rest_s) {
   while (rest_s > 0.0) {
     const Outcome outcome = creep(rest_s);
     rest_s -= outcome.elapsed_s;
@@ -369,8 +373,9 @@ void ExactStepper<kShafts>::creep_through(double rest_s) {
   }
 }
 
-template <int kShafts>
-[[gnu::flatten]] std::size_t ExactStepper<kShafts>::climb_within(double limit, double& reach) {
+template <int kShafts, bool kPlain>
+[[gnu::flatten]] std::size_t ExactStepper<kShafts, kPlain>::climb_within(double limit,
+                                                                         double& reach) {
   const auto rungs = ladder();
   for (std::size_t rung = 0; rung < rungs_; ++rung) {
     const auto length = static_cast<double>(cells_of(rung));
@@ -382,8 +387,8 @@ template <int kShafts>
   return rungs_;
 }
 
-template <int kShafts>
-[[gnu::noinline]] void ExactStepper<kShafts>::go_in_cells(std::int64_t duration_ns) {
+template <int kShafts, bool kPlain>
+[[gnu::noinline]] void ExactStepper<kShafts, kPlain>::go_in_cells(std::int64_t duration_ns) {
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
   // Whole cells, after what is left of the first one.
   std::int64_t cells = cells_;
@@ -413,9 +418,10 @@ template <int kShafts>
   }
 }
 
-template <int kShafts>
-[[gnu::flatten]] void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
-                                                  std::int64_t duration_ns) {
+template <int kShafts, bool kPlain>
+[[gnu::flatten]] void ExactStepper<kShafts, kPlain>::step(PlantState& state,
+                                                          const HeldInputs& inputs,
+                                                          std::int64_t duration_ns) {
   Vector z = load(state, inputs);
   if (duration_ns != longest_ns_ || !climb(ladder(), z)) [[unlikely]] {
     // A copy, so that elsewhere the state stays in registers.
@@ -433,6 +439,9 @@ std::unique_ptr<Stepper> make_exact_stepper(PlantModel model, std::int64_t step_
     case 1:
       return std::make_unique<ExactStepper<1>>(std::move(model), step_ns);
     case 2:
+      if (model.shaft_spring.size() == 1 && model.cogging_nm.empty() && !model.knob_is_driven()) {
+        return std::make_unique<ExactStepper<2, true>>(std::move(model), step_ns);
+      }
       return std::make_unique<ExactStepper<2>>(std::move(model), step_ns);
     default:
       return std::make_unique<ExactStepper<3>>(std::move(model), step_ns);
