@@ -11,6 +11,16 @@ using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
+TEST_CASE("starting another effect is no new arming") {
+  GameRig rig;
+  rig.play_constant(8192);
+  rig.tick(5);
+  rig.events.clear();
+  rig.play_constant(8192);
+  rig.tick(5);
+  CHECK(rig.events.empty());
+}
+
 TEST_CASE("starting what does not exist arms nobody") {
   GameRig rig;
   rig.start(7);
@@ -39,6 +49,16 @@ TEST_CASE("what was cut off is not the beginning of what comes next") {
   CHECK(rig.outputs.motor_command_nm > 0.0F);
 }
 
+TEST_CASE("a host that says one word to a game's knob and no more does not stop the game") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(5);
+  REQUIRE(rig.send_status(protocol::Stream{1, 0, 0}) == Status::ok);
+  rig.tick(2000);
+  CHECK(rig.owner() == Owner::game);
+  CHECK(rig.outputs.motor_command_nm == about(0.08));
+}
+
 TEST_CASE("a second without anything to play counts from the last thing that played") {
   GameRig rig;
   EffectOptions options;
@@ -52,6 +72,21 @@ TEST_CASE("a second without anything to play counts from the last thing that pla
   }
   rig.tick(1100);
   CHECK(rig.owner() == Owner::none);
+}
+
+TEST_CASE("a game whose actuators are disabled as the bus is lost fades all the same") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(20);
+  rig.control(2);
+  rig.device->set_connected(false);
+  float last = rig.outputs.motor_command_nm;
+  for (int i = 0; i < 60; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.08F / 50);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK(last == 0.0F);
 }
 
 TEST_CASE("a silence of 0 is no limit, and an effect without end has none") {

@@ -33,6 +33,32 @@ TEST_CASE("a game cannot begin while the bus is away, nor while the torque fades
   CHECK(rig.state() == State::disarmed);
 }
 
+TEST_CASE("a game that plays does not hear the scene of the SDK") {
+  GameRig rig;
+  Constant scene;
+  scene.torque_nm = -0.06F;
+  REQUIRE(rig.send_status(scene) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  rig.play_constant(16384);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == torsio::test::about(0.04, 1e-3));
+}
+
+TEST_CASE("what a game is given follows its configuration at once") {
+  GameRig rig;
+  rig.configure([](GameConfig& config) { config.torque_max_nm = 0.02F; });
+  const int block = rig.play_constant(32767);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == torsio::test::about(0.02));
+  rig.stop(block);
+  rig.tick(10);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.configure([](GameConfig& config) { config.torque_max_nm = 0.05F; });
+  rig.start(block);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == torsio::test::about(0.05));
+}
+
 TEST_CASE("all effects of a game together stay within its cap, either way") {
   for (const int sign : {1, -1}) {
     GameRig rig;

@@ -1,12 +1,28 @@
 // Control transfers: TinyUSB's stack with the firmware's descriptors and feature reports.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <span>
 #include <string_view>
 
 #include "device/usb_descriptors.hpp"
 #include "rig.hpp"
 
 using namespace usbip_test;
+
+TEST_CASE("every interface says that it has no status, and no other is there to be asked") {
+  Rig rig;
+  const auto interfaces = static_cast<std::uint16_t>(torsio::device::usb_interfaces().size());
+  for (std::uint16_t number = 0; number < interfaces; ++number) {
+    const Reply answer = rig.client.control_in(setup_packet(0x81, 0, 0, number, 2), 2);
+    CHECK(answer.status == 0);
+    CHECK(answer.data == Bytes{0, 0});
+  }
+  CHECK(rig.client.control_in(setup_packet(0x81, 0, 0, interfaces, 2), 2).status == kStall);
+  // Asked the wrong way round, with data to the knob.
+  CHECK(rig.client.control_out(setup_packet(0x01, 0, 0, 0, 2), {1, 2}).status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x01, 0, 0, 0, 0), {}).status == kStall);
+}
 
 TEST_CASE("control transfer returns no more than the client has room for") {
   Rig rig;
@@ -62,6 +78,64 @@ TEST_CASE("every standard request that has a meaning is answered") {
   CHECK(rig.client.control_out(setup_packet(0x00, 9, 200, 0, 0)).status == kStall);
   CHECK(rig.client.control_in(setup_packet(0x80, 8, 0, 0, 1), 1).data == Bytes{0});
 }
+
+TEST_CASE("input reports can be asked for as they are, and none is lost by that") {
+  Rig rig;
+  const auto ask = [&](std::uint8_t id, std::uint16_t interface) {
+    const auto value = static_cast<std::uint16_t>(0x0100 | id);
+    return rig.client.control_in(setup_packet(0xA1, 1, value, interface, 64), 64).data;
+  };
+  rig.knob.device().set_buttons(3);
+  CHECK(ask(1, 1) == Bytes{1, 0, 0, 3, 0, 0});
+  CHECK(ask(2, 1) == Bytes{2, 0x06, 0, 1});  // actuators enabled, and the user lets games have them
+  CHECK(ask(1, 1) == Bytes{1, 0, 0, 3, 0, 0});
+  rig.client.submit_out(1, command(9, kDisarm));
+  (void)rig.client.wait();
+  rig.client.frame();
+  for (const std::uint8_t id : std::initializer_list<std::uint8_t>{0x40, 0x41, 0x42}) {
+    const Bytes report = ask(id, 0);
+    REQUIRE(report.size() == 64);
+    CHECK(report[0] == id);
+  }
+  CHECK(ask(0x40, 0)[1] == 16);  // one sample, of axis 0
+  rig.client.submit_in(2, 64);
+  CHECK(rig.client.wait().data.at(3) == 0);  // as before
+  rig.client.submit_in(2, 64);
+  rig.client.submit_in(2, 64);
+  CHECK(rig.client.wait().data.at(0) + rig.client.wait().data.at(0) == 3);  // axis and state
+  rig.client.submit_in(1, 64);
+  CHECK(rig.client.wait().data.at(1) == 9);
+}
+
+TEST_CASE("output reports are taken by the control endpoint as by their own") {
+  Rig rig;
+  const auto say = [&](std::uint16_t interface, const Bytes& report) {
+    const auto value = static_cast<std::uint16_t>(0x0200 | report.at(0));
+    const auto size = static_cast<std::uint16_t>(report.size());
+    return rig.client.control_out(setup_packet(0x21, 9, value, interface, size), report).status;
+  };
+  CHECK(say(0, command(7, kDisarm)) == 0);
+  rig.client.submit_in(1, 64);
+  const Bytes answer = rig.client.wait().data;
+  CHECK(Bytes(answer.begin(), answer.begin() + 5) == Bytes{0x41, 7, 0, 0x10, 0});
+  // A constant force of a game: made, set and started.
+  REQUIRE(rig.client.control_out(setup_packet(0x21, 9, 0x0321, 1, 4), {0x21, 1, 0, 0}).status == 0);
+  CHECK(say(1, {0x15, 1, 0x00, 0x20}) == 0);
+  CHECK(say(1, {0x1A, 1, 1, 1}) == 0);
+  for (int i = 0; i < 5; ++i) rig.client.frame();
+  CHECK(rig.knob.device().device().state() == torsio::protocol::State::armed);
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0102, 1, 64), 64).data ==
+        Bytes{2, 0x0E, 1, 1});
+  // Without room it is refused, since a control transfer cannot wait.
+  int taken = 0;
+  while (taken < 100 && say(0, command(8, kDisarm)) == 0) ++taken;
+  CHECK(taken > 4);
+  CHECK(taken < 100);
+}
+
+// Feature reports --------------------------------------------------------------------------------
+
+// Refusals ---------------------------------------------------------------------------------------
 
 TEST_CASE("unknown request stalls and the next one works") {
   struct Request {
@@ -140,6 +214,21 @@ TEST_CASE("unknown request stalls and the next one works") {
   }
 }
 
+TEST_CASE("bad feature report stalls and changes nothing") {
+  Rig rig;
+  const Bytes good = rig.client.get_feature(0x05).data;
+  Bytes nan = good;
+  nan[7] = 0xC0;
+  nan[8] = 0x7F;
+  Bytes padding = good;
+  padding[63] = 1;
+  CHECK(rig.client.set_feature(nan).status == kStall);
+  CHECK(rig.client.set_feature(padding).status == kStall);
+  CHECK(rig.client.set_feature(Bytes(good.begin(), good.begin() + 63), 63).status == kStall);
+  CHECK(rig.client.set_feature(good + Bytes{0}, 65).status == kStall);
+  CHECK(rig.client.get_feature(0x05).data == good);
+}
+
 TEST_CASE("less or more data than announced stalls and changes nothing") {
   Rig rig;
   const Bytes good = rig.client.get_feature(0x05).data;
@@ -184,4 +273,13 @@ TEST_CASE("reports of another kind, interface or recipient stall and change noth
   // Requests of a vendor.
   CHECK(rig.client.control_in(setup_packet(0xC1, 1, 0x0305, 0, 64), 64).status == kStall);
   CHECK(rig.client.get_feature(0x05).data == good);
+}
+
+TEST_CASE("a game's feature report is read as long as it was announced") {
+  Rig rig;
+  // Create New Effect of type 1, of four bytes and of two.
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0321, 1, 4), {0x21, 1, 0, 0}).status == 0);
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0322, 1, 5), 5).data[2] == 1);
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0321, 1, 2), {0x21, 1}).status == 0);
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0322, 1, 5), 5).data[2] == 3);  // an error
 }

@@ -94,6 +94,18 @@ TEST_CASE("host that reads nothing is made to wait and loses no command") {
 
 // Refusals ---------------------------------------------------------------------------------------
 
+TEST_CASE("bad output report is taken by the bus and refused by the device") {
+  Rig rig;
+  for (const Bytes& report : {Bytes{0x10, 5}, Bytes{}, Bytes(64, 0xFF), command(1, 200)}) {
+    rig.client.submit_out(1, report);
+    CHECK(rig.client.wait().status == 0);
+    rig.client.submit_in(1, 64);
+    const Bytes answer = rig.client.wait().data;
+    CHECK(answer.at(0) == 0x41);
+    CHECK(answer.at(4) != 0);
+  }
+}
+
 TEST_CASE("transfer to an endpoint that does not exist stalls") {
   Rig rig;
   for (const std::uint32_t endpoint : {5U, 7U, 8U, 15U, 16U, 0xFFFFFFFFU}) {

@@ -104,6 +104,27 @@ TEST_CASE("too many transfers under way end the conversation") {
   CHECK(rig.client.session().finished());
 }
 
+TEST_CASE("a knob that a host has configured stays armed, and none is before there is a host") {
+  using torsio::protocol::State;
+  {
+    UsbKnob knob({});
+    auto& device = knob.device().device();
+    // A game's push: create, set effect, set constant, start.
+    CHECK(device.game().set_feature(Bytes{0x21, 1, 0, 0}));
+    device.game().receive(
+        Bytes{0x11, 1, 1, 0xFF, 0xFF, 0, 0, 0, 0, 0xFF, 0x7F, 0, 2, 0xFF, 0x5F, 0, 0});
+    device.game().receive(Bytes{0x15, 1, 0xFF, 0x7F});
+    device.game().receive(Bytes{0x1A, 1, 1, 1});
+    for (int i = 0; i < 5; ++i) knob.advance();
+    CHECK(device.state() == State::disarmed);
+  }
+  Rig rig;
+  const auto state = [&] { return rig.knob.device().device().state(); };
+  (void)arm_and_wait(rig);
+  for (int i = 0; i < 80; ++i) rig.client.frame();  // longer than a fade, less than the watchdog
+  CHECK(state() == State::armed);
+}
+
 TEST_CASE("configuration that is taken back ends what waits and disarms, and may be set again") {
   Rig rig;
   const auto state = [&] { return rig.knob.device().device().state(); };
@@ -201,4 +222,19 @@ TEST_CASE("client that goes in the middle of a message leaves the knob as it was
       CHECK(knob.device().device().state() == torsio::protocol::State::disarmed);
     }
   }
+}
+
+TEST_CASE("client that goes in a control transfer's data stage leaves a stack that works") {
+  UsbKnob knob({});
+  {
+    Client client(knob);
+    client.attach();
+    client.configure();
+    // The device waits for 64 bytes, and none come.
+    CHECK(client.control_out(setup_packet(0x21, 9, 0x0305, 0, 64)).status == kStall);
+  }
+  Client next(knob);
+  next.attach();
+  next.configure();
+  CHECK(next.get_feature(1).status == 0);
 }

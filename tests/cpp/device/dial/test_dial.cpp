@@ -251,6 +251,25 @@ TEST_CASE("dial: the SDK takes over as from a game, and the desktop hears nothin
   CHECK(rig.owner() == Owner::dial);
 }
 
+TEST_CASE("dial: the SDK's disarm lets go along a line of 4 ms until it is turned again") {
+  DialRig rig;
+  rig.turn_to(85, 5);
+  rig.listen(60);
+  const float held = rig.outputs.motor_command_nm;
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{9, 0, Op::disarm})));
+  for (int i = 1; i <= 4; ++i) {
+    rig.tick();
+    CHECK(rig.outputs.motor_command_nm ==
+          doctest::Approx(held * static_cast<float>(4 - i) / 4).scale(0.005).epsilon(1e-5));
+  }
+  rig.tick(50);
+  CHECK(rig.state() == State::disarmed);
+  rig.turn_to(60, 5);
+  rig.tick(2);
+  CHECK(rig.owner() == Owner::dial);
+  CHECK(std::abs(rig.outputs.motor_command_nm) < 0.2F * 0.005F);  // from zero again
+}
+
 TEST_CASE("dial: zeroing the knob or pulling the plug scrolls nothing") {
   DialRig rig;
   rig.ask_for_fine();

@@ -85,6 +85,17 @@ TEST_CASE("a direction is where the force comes from; one axis takes its share")
   }
 }
 
+TEST_CASE("a vibration that comes from nowhere shakes the knob, as Linux's rumble does") {
+  GameRig rig;
+  const int block = rig.create(kSine);
+  EffectOptions options;
+  options.direction = 0;
+  rig.set_effect(block, options);
+  rig.periodic(block, 20000, 0, 0, 40);
+  rig.start(block);
+  check_torques(rig, 200, [](int i) { return -kFull * 20000 / 32767 * wave(kSine, i / 40.0); });
+}
+
 TEST_CASE("a ramp goes from start to end over its duration") {
   GameRig rig;
   const int block = rig.create(kRamp);
@@ -129,6 +140,20 @@ TEST_CASE("attack and fade are lines from their levels to the peak") {
     if (100 - i < 20) level = 30000 - 10000 * (100 - i) / 20.0;
     return -kFull * level / 32767;
   });
+}
+
+TEST_CASE("attack and fade that overlap leave no jump, and an envelope needs no order") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  rig.envelope(block, 0, 80, 0, 80);
+  rig.constant(block, 32767);
+  rig.set_effect(block, lasting(100));
+  rig.start(block);
+  const auto nm = rig.torques(101);
+  for (std::size_t i = 1; i < 101; ++i) {
+    CHECK(std::abs(nm[i] - nm[i - 1]) < 1.05 * kFull / 80);
+    CHECK(nm[i] >= 0.0F);
+  }
 }
 
 TEST_CASE("the envelope of a wave shapes its amplitude but not its offset") {
@@ -296,6 +321,18 @@ TEST_CASE("an inertia resists in proportion to acceleration") {
   }
   const double acceleration = 0.25 * 2 * std::numbers::pi / 8192 / 1e-6;
   CHECK(mean == about(-kFull * acceleration / 1e4, 0.01));
+}
+
+TEST_CASE("a friction holds its torque at any speed and turns with the direction") {
+  GameRig rig;
+  GameRig::ConditionOptions options;
+  options.positive = 8192;
+  options.negative = 4096;
+  rig.play_condition(kFriction, options);
+  for (const int step : {3, 30, -3, -30}) {
+    rig.turn(step, 600);
+    CHECK(rig.outputs.motor_command_nm == about(step > 0 ? -kFull / 4 : kFull / 8));
+  }
 }
 
 TEST_CASE("a friction's offset is a surface that moves, and its dead band lets slow motion go") {

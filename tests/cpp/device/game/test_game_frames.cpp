@@ -169,6 +169,13 @@ TEST_CASE("a game at 30 Hz is joined, though its frames come early and late") {
   CHECK(largest_step(true) < 0.1 * largest_step(false));
 }
 
+TEST_CASE("without joining an update is held from the next tick on") {
+  Frames rig(1e3 / 60, false);
+  for (int n = 0; n < 10; ++n) {
+    CHECK(rig.frame(0.01 * n)[1] == Approx(0.01 * n).scale(0.01).epsilon(1e-2));
+  }
+}
+
 TEST_CASE("a change of several reports counts as one frame, and a start of what plays is no end") {
   using enum Part;
   // Wine's DirectInput: level, envelope, effect; with DIEP_START a start behind them. Linux's
@@ -231,6 +238,25 @@ TEST_CASE("two changes of one update are joined as one, over the frame of the ga
   CHECK(step < 1.3 * 0.005 / (20 * kTicksPerMs));
 }
 
+TEST_CASE("the waves' own edges are not touched by updates") {
+  GameRig rig(100'000);
+  const int block = rig.create(kSquare);
+  rig.set_effect(block);
+  rig.periodic(block, 32767, 0, 0, 10);
+  rig.start(block);
+  rig.tick(10);
+  double step = 0;
+  float last = rig.outputs.motor_command_nm;
+  for (int n = 0; n < 60; ++n) {
+    rig.periodic(block, 32767, n % 2, 0, 10);
+    for (const float nm : rig.torques(167)) {
+      step = std::max(step, std::abs(static_cast<double>(nm - last)));
+      last = nm;
+    }
+  }
+  CHECK(step == Approx(0.16).scale(0).epsilon(1e-3));
+}
+
 // Taking the actuator ---------------------------------------------------------------------------
 
 TEST_CASE("a spring that begins far from its middle comes up along a line, without a kick") {
@@ -246,6 +272,32 @@ TEST_CASE("a spring that begins far from its middle comes up along a line, witho
     CHECK(std::abs(nm - last) < 1.1F * std::abs(full) / 50);
     last = nm;
   }
+}
+
+TEST_CASE("a spring that is started anew in each frame comes up all the same") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.range_deg = 114.59156F; });
+  rig.turn(5, 100);
+  const int block = rig.play_condition(kSpring, {});
+  for (int n = 0; n < 10; ++n) {
+    rig.tick(16);
+    rig.start(block);
+  }
+  const float often = rig.outputs.motor_command_nm;
+  rig.tick(100);
+  CHECK(often == rig.outputs.motor_command_nm);
+  CHECK(often < -0.02F);
+}
+
+TEST_CASE("what drivers say when they take the device moves nothing") {
+  GameRig rig;
+  rig.turn(5, 100);
+  // Linux since 6.15, at the first upload: reset twice, stop all, actuators on; then full gain.
+  for (const int what : {4, 4, 3, 1}) rig.control(what);
+  rig.gain(32767);
+  rig.create(kSpring);
+  for (const float nm : rig.torques(200)) CHECK(nm == 0.0F);
+  CHECK(rig.owner() == protocol::Owner::none);
 }
 
 TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and only there") {

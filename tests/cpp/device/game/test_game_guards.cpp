@@ -1,8 +1,10 @@
 // Lines of the games' part that only an odd game, an odd moment or an odd configuration reaches.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "device/game/game_rig.hpp"
 
@@ -10,6 +12,18 @@ using namespace torsio;
 using namespace torsio::test;
 using protocol::Op;
 using protocol::Status;
+
+namespace {
+
+/// Reports that wait for the host on the game's interface, at most `most`.
+std::vector<std::array<std::uint8_t, 64>> inputs(GameRig& rig, int most = 100) {
+  std::vector<std::array<std::uint8_t, 64>> reports;
+  std::array<std::uint8_t, 64> report{};
+  while (most-- > 0 && rig.device->game().next_input(report) != 0) reports.push_back(report);
+  return reports;
+}
+
+}  // namespace
 
 TEST_CASE("attack and fade that leave no time between them never turn the force round") {
   GameRig rig;
@@ -155,6 +169,21 @@ TEST_CASE("a start that is still on its way when the bus is lost is none when it
   CHECK(rig.outputs.motor_command_nm == about(0.04));
 }
 
+TEST_CASE("a host that comes is told where the axis is, and the state") {
+  GameRig rig;
+  rig.tick(2);
+  REQUIRE(inputs(rig).size() == 2);
+  REQUIRE(inputs(rig).empty());
+  rig.device->set_connected(false);
+  rig.tick(2);
+  rig.device->set_connected(true);
+  rig.tick(2);
+  const auto reports = inputs(rig);
+  REQUIRE(reports.size() == 2);
+  CHECK(std::min(reports[0][0], reports[1][0]) == 1);
+  CHECK(std::max(reports[0][0], reports[1][0]) == 2);
+}
+
 TEST_CASE("a button that is held plays once where no repetition is asked for") {
   // An interval of 0 means none (DirectInput), and all ones means without end.
   for (const int repeat_ms : {0, 0xFFFF}) {
@@ -242,6 +271,18 @@ TEST_CASE("no report is written where there is no room for the longest") {
   }
   CHECK(report == untouched);
   CHECK(rig.device->game().get_feature(0x22, std::span(report).first(32)) == 5);
+}
+
+TEST_CASE("the monitor says for half a second how much was asked at most") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.play_constant(32767);
+  rig.tick(1100);
+  rig.stop(block);
+  rig.tick(100);
+  CHECK(rig.get<protocol::GameMonitor>().asked_percent == 200);
+  rig.tick(1500);
+  CHECK(rig.get<protocol::GameMonitor>().asked_percent == 100);
 }
 
 TEST_CASE("an operation that does not exist is no update of its effect") {

@@ -154,6 +154,26 @@ TEST_CASE("the SDK takes over from a game by arming: told in acknowledgement, ev
   CHECK((rig.telemetry.back().flags & protocol::flag::game) == 0);
 }
 
+TEST_CASE("after the SDK has let go, a game gets the actuator by starting an effect again") {
+  TwoMasters rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(40);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(100);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.control(1);
+  rig.tick(100);
+  CHECK(rig.owner() == Owner::none);
+  rig.start(block);
+  float last = 0;
+  for (int i = 0; i < 10; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.08F / 2);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK(rig.owner() == Owner::game);
+}
+
 TEST_CASE("the SDK may stop a game's force, which lets go along a line of 4 ms") {
   for (const Op op : {Op::disarm, Op::stop}) {
     GameRig rig;
@@ -286,6 +306,22 @@ TEST_CASE("actuators off fade the force, effects go on unheard, and actuators on
   CHECK(rig.outputs.motor_command_nm == full(8192));
 }
 
+TEST_CASE("actuators off, and reset as drivers begin: nothing moves, nothing comes back") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(10);
+  rig.control(2);
+  rig.tick(100);
+  for (const int control : {4, 4, 3, 1}) {
+    rig.control(control);
+    for (int i = 0; i < 20; ++i) {
+      rig.tick();
+      CHECK(rig.state() == State::disarmed);
+      CHECK(rig.outputs.motor_command_nm == 0.0F);
+    }
+  }
+}
+
 TEST_CASE("a fault silences the game, and clearing it does not bring the force back") {
   GameRig rig;
   const int block = rig.play_constant(32767);
@@ -345,6 +381,18 @@ TEST_CASE("an order to disarm stands, whenever silence ends a game's push") {
       CHECK(rig.state() == State::disarmed);
     }
   }
+}
+
+TEST_CASE("a game that only asks does not hang") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+  rig.play_constant(32767);
+  for (int i = 0; i < 5; ++i) {
+    rig.tick(400);
+    std::array<std::uint8_t, 64> answer{};
+    REQUIRE(rig.device->game().get_feature(0x22, answer) == 5);
+  }
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
 }
 
 TEST_CASE("a game that hangs loses what it repeats without end") {

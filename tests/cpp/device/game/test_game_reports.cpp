@@ -47,6 +47,21 @@ TEST_CASE("the pool holds forty blocks; then it is full, until one is freed") {
   CHECK(rig.load(kSine) == std::array{0, kFullPool});
 }
 
+TEST_CASE("the pool report says how many may play at once, and that the device manages it") {
+  GameRig rig;
+  std::array<std::uint8_t, 64> r{};
+  REQUIRE(rig.device->game().get_feature(0x23, r) == 5);
+  CHECK(r[0] == 0x23);
+  CHECK(r[3] == 40);
+  CHECK((r[4] & 1) == 1);
+  const int size = r[1] | (r[2] << 8);
+  REQUIRE(rig.device->game().get_feature(0x22, r) == 5);
+  CHECK((r[3] | (r[4] << 8)) == size);
+  (void)rig.create(kConstant);
+  REQUIRE(rig.device->game().get_feature(0x22, r) == 5);
+  CHECK((r[3] | (r[4] << 8)) < size);
+}
+
 TEST_CASE("a type that does not exist is answered with an error and takes no block") {
   GameRig rig;
   CHECK(rig.load(0) == std::array{0, kError});
@@ -216,6 +231,20 @@ TEST_CASE("ten thousand updates a second for a minute build up no delay") {
   CHECK(rig.outputs.motor_command_nm == about(0.08 * 4000 / 32767));
 }
 
+TEST_CASE("start and stop between two ticks: the last one counts") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.stop(block);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.start(block);
+  rig.tick(3);
+  rig.stop(block);
+  rig.start(block);
+  rig.tick(3);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+}
+
 TEST_CASE("a freed block falls silent, and its number is given out clean") {
   GameRig rig;
   const int block = rig.play_constant(32767);
@@ -367,4 +396,16 @@ TEST_CASE("the override switch is off only while games are shut out or the SDK h
   CHECK((state() & 0x04) != 0);
   rig.configure([](protocol::GameConfig& config) { config.enabled = protocol::Toggle::off; });
   CHECK((state() & 0x04) == 0);
+}
+
+TEST_CASE("a knob that never rests does not keep the state reports back") {
+  GameRig rig;
+  rig.play_constant(1000);
+  std::vector<std::array<int, 3>> states;
+  for (int i = 0; i < 10; ++i) {
+    rig.inputs.encoder_count += 50;
+    rig.tick();
+    for (const auto& state : Inputs(*rig.device, 1).states) states.push_back(state);
+  }
+  CHECK_FALSE(states.empty());
 }

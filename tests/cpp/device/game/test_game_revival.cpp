@@ -82,6 +82,14 @@ TEST_CASE("what the game has ended stays ended, also after the device had ended 
   }
 }
 
+TEST_CASE("an update that came before the stop does not outlive it") {
+  Silenced rig;
+  rig.constant(rig.block, kHalf);
+  rig.stop(rig.block);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
 TEST_CASE("an update brings a force back when the SDK has handed the actuator back, not before") {
   GameRig rig;
   const int block = rig.play_constant(32767);
@@ -171,6 +179,15 @@ TEST_CASE("what has an end comes back for the rest of its time only") {
   CHECK(rig.owner() == Owner::none);  // nor does it take the actuator
 }
 
+TEST_CASE("a new configuration brings nothing back") {
+  Silenced rig;
+  rig.tick(2000);
+  REQUIRE(rig.owner() == Owner::none);
+  rig.configure([](protocol::GameConfig& config) { config.gain = 0.5F; });
+  rig.tick(50);
+  CHECK(rig.owner() == Owner::none);
+}
+
 TEST_CASE("a game whose device nobody has open any more loses its forces in half a second") {
   GameRig rig;
   rig.play_constant(32767);
@@ -248,6 +265,26 @@ TEST_CASE("actuators that come on take nothing from the SDK, and an update follo
   CHECK(rig.owner() == Owner::none);
   rig.constant(block, kHalf);
   rig.tick(2);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}
+
+TEST_CASE("a program that never fetches reports keeps its force until the silence is over") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(9900);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+}
+
+TEST_CASE("a device that is open again gets its force back with the next update") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  live(rig, 100);
+  rig.tick(700);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  live(rig, 100);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.constant(block, kHalf);
+  live(rig, 2);
   CHECK(rig.outputs.motor_command_nm == kHalfNm);
 }
 
