@@ -139,6 +139,11 @@ FAR = {
     "shaft softens at 5 mrad": replace(
         REFERENCE, shaft_hardening=ShaftHardening(knee_rad=5e-3, stiffness_factor=0.5)
     ),
+    "the same with a fine encoder": replace(
+        REFERENCE,
+        counts_per_rev=32_768,
+        shaft_hardening=ShaftHardening(knee_rad=5e-3, stiffness_factor=0.5),
+    ),
 }
 
 
@@ -159,12 +164,13 @@ def test_knob_far_from_the_reference_lies_within_its_intervals(name: str) -> Non
 
 
 @pytest.mark.parametrize(
-    ("plant", "step", "reason"),
+    ("plant", "step", "reason", "words"),
     [
         (
             replace(REFERENCE, brake_hysteresis=BrakeHysteresis(half_width_nm=19e-3)),
             "brake",
             "wide_loop",
+            "loop",
         ),
         (
             replace(
@@ -172,14 +178,15 @@ def test_knob_far_from_the_reference_lies_within_its_intervals(name: str) -> Non
             ),
             "shaft",
             "unexplained",
+            "cogs often",
         ),
     ],
     ids=["loop of 19 mN m", "cogs 90 times"],
 )
 def test_knob_that_the_model_does_not_fit_is_refused(
-    plant: PlantParams, step: str, reason: str
+    plant: PlantParams, step: str, reason: str, words: str
 ) -> None:
-    with emulated(plant, seed=5000) as knob, pytest.raises(Refusal) as refused:
+    with emulated(plant, seed=5000) as knob, pytest.raises(Refusal, match=words) as refused:
         calibrate(knob)
     assert (refused.value.step, refused.value.reason) == (step, reason)
 

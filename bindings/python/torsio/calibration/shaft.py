@@ -28,7 +28,7 @@ _LAG_S = 0.06e-3
 _SURE = 4.0
 # Means of so many neighbouring residuals vary by so much more than means of noise, if the residuals
 # have a shape. Noise has 1.
-_NEIGHBOURS, _SHAPELY = 8, 2.5
+_NEIGHBOURS, _NEIGHBOURS_RAD, _SHAPELY = 8, 6e-3, 2.5
 _SHAPE_TILTS = 1.5  # a shape's part of the stiffness, in its amplitude over the reach
 
 
@@ -362,7 +362,7 @@ def estimate_shaft(
     fit, stiffness = curve.fit, curve.stiffness
     _refuse_if_it_strays(fit, edges)
     reach = float(np.ptp(edges.angle_rad)) / 2
-    shape_nm = _shape_nm(fit.residual)
+    shape_nm = _shape_nm(fit.residual, edges.angle_rad)
     swing = _swing(steps, curve, cogging_nm, inertia_kg_m2)
     rate_nm_s = float(np.ptp(sweeps.motor_nm)) / _SWEEP_S
     coulomb = curve.coulomb
@@ -399,12 +399,17 @@ def _refuse_if_it_strays(fit: Solution, edges: _Edges) -> None:
     if left > 0.04 * float(np.max(np.abs(edges.torque_nm))):
         raise Refusal(
             _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from its "
-            "curve: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
+            "curve: the brake creeps or has a wide loop, a coupling slips, or a hand turns it",
+            residual_nm=left,
         )  # fmt: skip
 
 
-def _shape_nm(residual: Array) -> float:
-    """Give the amplitude of the residuals that neighbours share: they are no noise."""
-    means = residual[: len(residual) // _NEIGHBOURS * _NEIGHBOURS].reshape(-1, _NEIGHBOURS).mean(1)
-    shape, noise = float(np.mean(means**2)), float(np.mean(residual**2)) / _NEIGHBOURS
+def _shape_nm(residual: Array, angle_rad: Array) -> float:
+    """Give the amplitude of the residuals that neighbours share: they are no noise.
+
+    Neighbours lie within an angle: a fine encoder also sees the knob ring on its shaft.
+    """
+    many = max(_NEIGHBOURS, round(_NEIGHBOURS_RAD / float(np.median(np.abs(np.diff(angle_rad))))))
+    means = residual[: len(residual) // many * many].reshape(-1, many).mean(1)
+    shape, noise = float(np.mean(means**2)), float(np.mean(residual**2)) / many
     return math.sqrt(2.0 * (shape - noise)) if shape > _SHAPELY * noise else 0.0
