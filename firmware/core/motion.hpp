@@ -19,9 +19,16 @@ struct MotionParams {
   float acceleration_scale = 0;  // rad/s^2 for a count per tick, gained in a tick
 };
 
+/// What a tick makes of the counter.
+enum class Counting : std::uint8_t {
+  usual,
+  first,  // it only learns where the counter is
+  held,   // the knob rests, and its encoder may be noisy: kRestCounts are no motion
+};
+
 struct MotionState {
   std::uint32_t last_count = 0;
-  bool primed = false;
+  Counting counting = Counting::first;
   std::int64_t position_counts = 0;
   float lag_counts = 0;             // how far the tracked position is behind the true one
   float speed_counts_per_tick = 0;  // tracked
@@ -51,14 +58,33 @@ constexpr MotionParams make_motion_params(const Resolution& resolution, std::uin
           speed_scale / resolution.period_s};
 }
 
+/// A knob that moves by at most this much is at rest: its encoder flickers.
+inline constexpr std::int32_t kRestCounts = 2;
+
+/// A tick that is not as usual.
+/// @returns the count that it follows
+constexpr std::uint32_t begin_counting(MotionState& state, std::uint32_t count,
+                                       std::uint32_t shift) {
+  const std::int32_t delta = static_cast<std::int32_t>(count - state.last_count) >> shift;
+  const bool rests = delta >= -kRestCounts && delta <= kRestCounts;
+  if (state.counting == Counting::held && rests) return state.last_count;
+  if (state.counting == Counting::first) state.last_count = count;
+  state.counting = Counting::usual;
+  return count;
+}
+
+/// The next tick follows each count again.
+constexpr void release_count(MotionState& state) {
+  if (state.counting == Counting::held) state.counting = Counting::usual;
+}
+
 /// One tick. The counter may wrap at its width; between two ticks it must not move by half its
 /// range or more. The first tick only learns where the counter is.
 constexpr Motion track_motion(MotionState& state, const MotionParams& params,
                               std::uint32_t encoder_count) {
-  const std::uint32_t count = encoder_count << params.counter_shift;
-  if (!state.primed) {
-    state.last_count = count;
-    state.primed = true;
+  std::uint32_t count = encoder_count << params.counter_shift;
+  if (state.counting != Counting::usual) [[unlikely]] {
+    count = begin_counting(state, count, params.counter_shift);
   }
   std::int32_t delta = static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift;
   if (params.reversed) delta = -delta;

@@ -8,6 +8,7 @@
 
 #include "core/angle.hpp"
 #include "core/math.hpp"
+#include "core/motion.hpp"
 #include "core/stability.hpp"
 
 namespace torsio::core {
@@ -89,9 +90,6 @@ constexpr float asked_torque(const BoundState& state) {
   return state.on_line ? state.asked_nm : state.last_nm;
 }
 
-/// A knob that moves by at most this much is at rest: its encoder flickers.
-inline constexpr std::int32_t kRestCounts = 2;
-
 /// A swing of no more than this may hide a turn from the encoder, and so seem to last.
 inline constexpr std::int32_t kNarrowCounts = 6;
 
@@ -144,7 +142,8 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
 /// The count has changed and changed back. A knob that does so for ever is driven from count to
 /// count by the torque that a count switches: a step of the scene, then one of the sensor. Each is
 /// made less than friction holds. A knob that goes on is led by a hand.
-constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
+/// @returns whether the count flickers still: then it may be noise, and is held
+constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
   const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
   if (goes_on) begin_touch(state, now);
   if (goes_on || now - state.flicker_tick > state.params.flicker_ticks) {
@@ -153,14 +152,16 @@ constexpr void judge_flicker(BoundState& state, std::uint32_t now) {
   }
   if (state.flickers == 0) state.flicker_begin = now;
   state.flicker_tick = now;
-  if (++state.flickers < kFlickers || now - state.flicker_begin < state.params.noise_ticks) return;
+  if (++state.flickers < kFlickers || now - state.flicker_begin < state.params.noise_ticks)
+    return false;
   state.flickers = 0;
   state.flickered = true;
   if (state.share > state.params.quiet_share) {
     set_share(state, larger(0.6F * state.share, state.params.quiet_share));
-  } else {
-    state.trust = larger(0.6F * state.trust, state.params.least_share);
+    return false;
   }
+  state.trust = larger(0.6F * state.trust, state.params.least_share);
+  return true;
 }
 
 /// Whether the parts can render the scene along the swing that has ended, as they are configured.
@@ -194,7 +195,8 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
 /// friction took. So the bound goes down, and with it the motor's part of the spring. In the end
 /// that part is less than the friction, and no swing lives on it, whatever was believed of the
 /// brake.
-constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
+/// @returns as judge_flicker()
+constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   const auto now = static_cast<std::uint32_t>(tick);
   if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
   const bool slow = is_slower(state, now, state.params.slow_ticks);
@@ -213,21 +215,22 @@ constexpr void judge_swing(BoundState& state, std::uint64_t tick) {
   if (slow || (smaller_now && ++state.fading >= kFading)) {
     state.swings = state.fading = 0;
     state.widest_counts = width;
-    return;
+    return false;
   }
   if (smaller_now) {
     state.widest_counts -= state.widest_counts / 8;
-    return;
+    return false;
   }
   state.fading = 0;
   if (width > state.widest_counts) state.widest_counts = width;
-  if (++state.swings < 2) return;
+  if (++state.swings < 2) return false;
   if (!by_hand) {
     // A push may make the first ones.
     if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
     set_share(state, larger(0.6F * state.share, state.params.least_share));
   }
   state.trust = larger(0.6F * state.trust, state.params.least_share);
+  return false;
 }
 
 /// The allowed torque once the scene's torque has changed more steeply than the bound. It changes

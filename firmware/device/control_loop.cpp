@@ -298,6 +298,7 @@ bool ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   if (playing && !excitation_.on) return play_scene(other_force);
   plan_ = core::plan_of(config_.controller, nullptr);
   plan_.bounds = false;
+  core::release_count(controller_.motion);
   if (playing) {
     plan_.pipeline = core::Pipeline::full;
     plan_.excitation = &excitation_;

@@ -109,7 +109,8 @@ Status ControlLoop::configure(const Order& order) {
   controller_.sensor.piece = {};
   controller_.brake.coil_nm = controller_.brake.capacity_nm;
   controller_.ledger = {};
-  controller_.motion.primed = false;  // the counter may have another width or sense now
+  controller_.motion.counting =
+      core::Counting::first;  // the counter may have another width or sense now
   if (order.clears_scene) scene_ = nullptr;
   return Status::ok;
 }

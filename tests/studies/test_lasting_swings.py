@@ -168,6 +168,22 @@ def test_knob_that_rests_in_a_stiff_wall_is_silent(counts: int) -> None:
     assert max(motion.loud_nm for motion in measure(held)) < QUIET_NM
 
 
+@pytest.mark.parametrize("counts", [2048, 8192, 131_072])
+def test_noisy_encoder_makes_no_motor_hum(counts: int) -> None:
+    """Each count that it flips is another torque of scene and sensor."""
+    noisy = [
+        loop(
+            Spring(angle_rad=AT_RAD, stiffness_nm_per_rad=stiffness),
+            weight(torque_nm, 0.1),
+            plant=replace(PLANT, counts_per_rev=counts, encoder_noise_counts=noise_counts),
+        )
+        for stiffness, torque_nm, noise_counts in itertools.product(
+            (3.0, 30.0, 300.0), (5e-3, 40e-3), (0.05, 0.3)
+        )
+    ]
+    assert max(motion.loud_nm for motion in measure(noisy)) < QUIET_NM
+
+
 def test_hand_that_shakes_the_knob_in_a_wall_loses_half_a_jnd_at_most() -> None:
     """Its turns are as quick as swings of the sensor's, so they cost the trust."""
     times_s = np.arange(0.0, 2.0, 2e-3)

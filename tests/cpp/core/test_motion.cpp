@@ -23,6 +23,29 @@ TEST_CASE("motion starts without a jump wherever the counter is") {
   CHECK(motion.position_counts == 0);
 }
 
+TEST_CASE("a held knob rests within two counts, and then moves by all of them") {
+  for (const std::int32_t sign : {1, -1}) {
+    core::MotionState state;
+    std::int32_t count = 7;
+    const auto step = [&](std::int32_t more) {
+      count += sign * more;
+      const auto counter = static_cast<std::uint32_t>(count) & 0xFFFF;
+      return sign * core::track_motion(state, params(16), counter).delta_counts;
+    };
+    CHECK(step(0) == 0);
+    CHECK(step(1) == 1);
+    state.counting = core::Counting::held;
+    for (const std::int32_t more : {1, 1, -3, -1, 2, 2}) CHECK(step(more) == 0);
+    CHECK(step(1) == 3);
+    CHECK(step(-1) == -1);
+    state.counting = core::Counting::held;
+    CHECK(step(2) == 0);
+    core::release_count(state);
+    CHECK(step(0) == 2);
+    CHECK(state.position_counts == sign * 5);
+  }
+}
+
 TEST_CASE("motion counts through the counter's wrap in both directions") {
   for (const std::uint32_t bits : {8U, 12U, 16U, 24U, 32U}) {
     CAPTURE(bits);

@@ -182,6 +182,24 @@ TEST_CASE("a flicker brings down what a count switches of the scene, then of the
   CHECK(bench.state.trust == 1.0F);
 }
 
+TEST_CASE("a count that flickers though it switches little is held until a hand turns on") {
+  ControllerParams params;
+  params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+  params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
+  params.bound = {1e-3F, 1.0F / 64, 400, 1500, 0.3F, 10'000, 500};
+  const Plan plan = plan_of(params, nullptr);
+  ControllerState state;
+  const auto flicker = [&](std::uint32_t ticks) {
+    for (std::uint32_t n = 0; n < ticks; ++n) (void)control(state, params, plan, 10 + n % 2);
+  };
+  flicker(1900);  // 500 for each of three steps: to 0.6, 0.36 and 0.3
+  CHECK(state.motion.counting == Counting::usual);
+  flicker(300);
+  CHECK(state.motion.counting == Counting::held);
+  CHECK(control(state, params, plan, 14).motion.delta_counts >= 3);
+  CHECK(state.motion.counting == Counting::usual);
+}
+
 TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves the bound alone") {
   const auto ring = [](BoundBench& bench, int times, std::uint64_t ticks) {
     for (int n = 0; n < times; ++n) {
