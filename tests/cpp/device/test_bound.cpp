@@ -66,6 +66,25 @@ TEST_CASE("telemetry of the law calibrated tells what is asked, and that less is
   CHECK(std::abs(rig.outputs.motor_command_nm) < 0.05F);
 }
 
+TEST_CASE("a count that is held follows again once nothing plays") {
+  Rig rig;
+  arm(rig);
+  const auto moved = [&] {
+    const auto before = rig.get<Clock>().position_counts;
+    rig.inputs.encoder_count += 1;
+    rig.tick();
+    return rig.get<Clock>().position_counts - before;
+  };
+  for (int n = 0; n < 4000; ++n) {
+    rig.inputs.encoder_count ^= 1U;
+    rig.tick();
+  }
+  CHECK(moved() == 0);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.tick(500);
+  CHECK(moved() == 1);
+}
+
 TEST_CASE(
     "a scene that begins while the knob turns is whole at once, with the law calibrated too") {
   Rig rig;
