@@ -138,7 +138,7 @@ def trade_config(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     path = folder / "knob.json"
     with torsio.open("emulated") as knob:
         valid = torsio.dump_config(knob).encode()
-    return Reader(path, valid, lambda: configuration_of(path, None), takes=("utf-16", "utf-32"))
+    return Reader(path, valid, lambda: configuration_of(path), takes=("utf-16", "utf-32"))
 
 
 def trade_kept(folder: Path, _: pytest.MonkeyPatch) -> Reader:

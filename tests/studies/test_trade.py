@@ -20,7 +20,8 @@ plant = torsio.PlantParams(brake_hysteresis=torsio.BrakeHysteresis())
 def test_study_trades_every_file_and_goes_on_where_it_was(tmp_path: Path) -> None:
     files = []
     for name, stiffness in (("soft", 0.5), ("stiff", 3.0)):
-        files.append(tmp_path / f"{name}.py")
+        (tmp_path / name).mkdir()
+        files.append(tmp_path / name / "scene.py")
         files[-1].write_text(SCENE.format(stiffness=stiffness))
     settings = {"files": files, "workers": 2}
 
@@ -32,13 +33,13 @@ def test_study_trades_every_file_and_goes_on_where_it_was(tmp_path: Path) -> Non
     assert (tmp_path / "trade_scenes.png").stat().st_size > 20_000
     for file in files:
         alone = torsio.trade(file, quick=True, stretch=False)
-        rows = {row["name"]: row for row in results["scenes"][file.name]["rows"]}
+        rows = {row["name"]: row for row in results["scenes"][str(file)]["rows"]}
         for row in alone.rows[:10]:
             assert rows[row.name]["largest_nm"] == row.difference.largest_nm
-        assert any("Hysteresis changes" in one for one in results["words"][file.name])
+        assert any("Hysteresis changes" in one for one in results["words"][str(file)])
     kept = {path: path.read_text() for path in (tmp_path / "trade").iterdir()}
     assert len(kept) == 2
     again = run()
     for file in files:
-        first, second = (one["scenes"][file.name]["rows"][0] for one in (results, again))
+        first, second = (one["scenes"][str(file)]["rows"][0] for one in (results, again))
         assert first == pytest.approx(second)

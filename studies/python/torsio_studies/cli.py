@@ -53,7 +53,7 @@ def _results_in(name: str) -> Any:
     return typer.Option("--results", metavar="FOLDER", help=f"Parquet files; OUT/{name} if unset.")
 
 
-def run(name: str, context: typer.Context) -> None:
+def run(name: str, context: typer.Context) -> dict[str, Any]:
     """Run a study with the command's options; what goes wrong is a sentence and an exit status."""
     # Only here: it takes a second that other commands need not wait for.
     from torsio_studies.execution import execute
@@ -77,6 +77,7 @@ def run(name: str, context: typer.Context) -> None:
     console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}")
     if as_json:
         print_json(results)
+    return results
 
 
 def _add(name: str, about: str) -> None:
@@ -179,8 +180,12 @@ def trade(
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Trade every scene; an interrupted run goes on where it was."""
-    run("trade", context)
+    """Trade every scene; an interrupted run goes on where it was.
+
+    The exit status is 0 only if every proposal holds on other visits.
+    """
+    if not all(one["holds"] for one in run("trade", context)["scenes"].values()):
+        raise typer.Exit(1)
 
 
 @app.command("design", help=STUDIES["design"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -11,14 +11,15 @@ from typing import Any, Final
 from torsio.batch import Knobs
 from torsio.closed_loop import LoopOptions, reports
 from torsio.common import checks
+from torsio.errors import Error
 from torsio.printed.board_costs import BOARDS
 from torsio.printed.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
 from torsio.printed.emulator_options import EmulatorOptions
 from torsio.printed.hands import Hand
 from torsio.printed.plant import Cogging, PlantParams
-from torsio.printed.scenes import Scene
+from torsio.printed.scenes import Effect, Scene
 from torsio.recordings.loading import Recorded
-from torsio.trading.extremes import Extreme, extremes
+from torsio.trading.extremes import GENERATIONS, Extreme, extremes, swings
 from torsio.trading.runs import (
     HIGHEST_HZ,
     RATES_HZ,
@@ -111,9 +112,13 @@ class Trade(checks.ShortRepr):
         By how much the torque that is felt may differ at most.
     rows
         All that was tried; the reference first.
+    scene
+        The effects that were traded.
+    swings
+        The knob with all parts at the highest rate swings, if thrown into the scene.
     proposal
-        The cheapest row that stays within what was wanted on the visits that it was chosen by. If
-        it did not on further ones, the next was taken, at most twice.
+        The cheapest row that stays within what was wanted on the visits that it was chosen by, and
+        swings if the scene does. If it failed on further ones, they helped to choose the next.
     options
         The emulated knob that it is.
     verified
@@ -129,6 +134,8 @@ class Trade(checks.ShortRepr):
     """
 
     wanted_jnds: float
+    scene: tuple[Effect, ...]
+    swings: bool
     rows: tuple[Row, ...]
     proposal: Row
     options: EmulatorOptions
@@ -173,6 +180,7 @@ def trade(
     *,
     hand: Hand | None = None,
     plant: PlantParams | None = None,
+    parts: Iterable[str] | None = None,
     wanted: float = 0.5,
     control: ControlConfig | None = None,
     actuator: ActuatorConfig | None = None,
@@ -198,6 +206,8 @@ def trade(
         The hand that visits the scene. None: fingers that turn through it, press, and come back.
     plant
         The knob with all its parts. None: the reference actuator with every part.
+    parts
+        Parts that the knob has, such as "belt"; the reference's if `plant` lacks one. None: all.
     wanted
         How much of the torque that is felt may differ, in JNDs of 7.6 mN m; > 0.
     control, actuator, shaft, board
@@ -215,7 +225,7 @@ def trade(
     Raises
     ------
     Error, ValueError, TypeError
-        Scene, file or options are wrong; the sentence says how.
+        Scene, file or options are wrong, or the hand never touches the scene.
     """
     checks.positive("wanted", wanted)
     checks.flag("quick", quick)
@@ -227,6 +237,7 @@ def trade(
             "hand": hand, "plant": plant, "control": control, "actuator": actuator,
             "shaft": shaft, "board": board,
         },
+        parts,
     )  # fmt: skip
     return trade_loop(
         options, wanted=wanted, quick=quick, stretch=stretch, keep=keep, threads=threads,
@@ -247,6 +258,8 @@ def trade_loop(
     """Trade a closed loop, which has all of it; else as `trade`."""
     count = checks.threads(threads)
     runs = Runs(options, Kept(None if keep is None else checks.path("keep", keep)), count)
+    if options.scene and not runs.reference(CHOOSE[0])["desired_torque_nm"].any():
+        raise Error("the hand never touches the scene: give a hand that does, or another recording")
     tried = variants(options, quick=quick)
     found = runs.measure(tried, CHOOSE, lambda *done: on_progress("trying", *done))
     if quick:
@@ -256,16 +269,23 @@ def trade_loop(
     rows = _with_front(
         [_row(one.name, one, runs, *of) for one, of in zip(tried, found, strict=True)]
     )
-    failed: list[Row] = []
+    within = [r for r in rows if r.variant.may_be_proposed and r.difference.jnds <= wanted]
+    generations = 0 if quick else GENERATIONS
+    scene_swings = swings(Variant().of(options), generations)
     for number, visits in enumerate(VERIFY):
         on_progress("verifying", number, len(VERIFY))
-        proposal = _choose([row for row in rows if row not in failed], options, wanted)
+        proposal = _choose(within, options)
+        while swings(proposal.variant.of(options), generations) != scene_swings:
+            within.remove(proposal)
+            proposal = _choose(within, options)
         ((verified, _),) = runs.measure([proposal.variant], visits)
         device = _on_device(proposal.variant, runs, visits[0])
         holds = max(verified.jnds, device.difference.jnds) <= wanted
         if holds or proposal.variant == Variant():
             break
-        failed.append(proposal)
+        seen = runs.measure([row.variant for row in within], visits)
+        pairs = zip(within, seen, strict=True)
+        within = [r for r, (of, _) in pairs if of.jnds <= wanted and r is not proposal]
     whole = _on_device(Variant(), runs, VERIFY[0][0])
     rows += [_in_batch(proposal, runs), *dict.fromkeys((whole, device))]
     on_progress("verifying", len(VERIFY), len(VERIFY))
@@ -277,6 +297,8 @@ def trade_loop(
         )  # fmt: skip
     return Trade(
         wanted_jnds=wanted,
+        scene=tuple(effects_of(options.scene)),
+        swings=scene_swings,
         rows=tuple(rows),
         proposal=proposal,
         options=emulated_options(proposal.variant.of(options)),
@@ -326,10 +348,9 @@ def _with_front(rows: list[Row]) -> list[Row]:
     return [replace(row, is_on_front=row.name in front) for row in rows]
 
 
-def _choose(rows: list[Row], options: LoopOptions, wanted: float) -> Row:
-    """Give the cheapest row within what is wanted; the first ones are timed again, in turns."""
-    within = [r for r in rows if r.variant.may_be_proposed and r.difference.jnds <= wanted]
-    first = sorted(within, key=lambda row: row.cpu_s)[:_TIMED]
+def _choose(rows: list[Row], options: LoopOptions) -> Row:
+    """Give the cheapest row; the first ones are timed again, in turns."""
+    first = sorted(rows, key=lambda row: row.cpu_s)[:_TIMED]
     times = [[row.cpu_s] for row in first]
     for _ in range(_ROUNDS):
         for row, so_far in zip(first, times, strict=True):

@@ -21,7 +21,7 @@ from torsio.telemetry import Record
 from torsio.trading.runs import Variant
 from torsio.trading.visits import Visit, effects_of, felt_nm, moved, steady_nm
 
-__all__ = ["Extreme", "extremes"]
+__all__ = ["GENERATIONS", "Extreme", "extremes", "swings"]
 
 _WEIGHTS: Final = (-0.6, -0.3, 0.3, 0.6)  # shares of the motor's torque
 _HOLDABLE: Final = 0.85
@@ -40,6 +40,7 @@ _LADDERS: Final[dict[str, tuple[str, tuple[float, ...]]]] = {
     "duration": ("hours", (1, 24, 1000, 1e5)),
 }
 _SWINGS: Final = "the knob swings"
+_ONLY: Final = "only the proposal swings", "the proposal does not swing"
 
 
 @dataclass(frozen=True)
@@ -51,14 +52,15 @@ class Extreme:
     quantity, unit
         The stretched quantity; stiffness and inertia are stretched by multiples.
     true_to
-        The last step up to which the proposal stays within what was wanted; None: not even the
-        first one.
+        The last step up to which the proposal stays within what was wanted, and swings only where
+        the scene does; None: not even the first one.
     swings_at
-        The first step at which the knob, thrown into the scene, swings; None: none of them.
+        The first step at which the knob with all parts at the highest rate, thrown into the scene,
+        swings; None: none of them.
     breaks, breaks_at
         The first thing that breaks, and the step; "" and None: nothing breaks.
     is_bounded
-        False: `true_to` is the last step that was tried.
+        False: `true_to` is the last step that was tried; the options may refuse the next.
     """
 
     quantity: str
@@ -105,7 +107,7 @@ def _stretch(
     unstretched: tuple[float, frozenset[str]],
 ) -> Extreme:
     unit, steps = _LADDERS[quantity]
-    true_to = swings_at = breaks_at = None
+    true_to = swings_at = breaks_at = last = None
     breaks, is_true = "", True
     for step in steps:
         try:
@@ -114,20 +116,22 @@ def _stretch(
                 if step == 1 and unit == "times"
                 else _at(quantity, step, options, proposal, generations)
             )
-        except (Error, ValueError, RuntimeError) as refusal:
-            why = f"it is refused: {str(refusal).partition(';')[0]}"
-            jnds, broken = math.inf, frozenset({why})
-        is_true = is_true and jnds <= wanted
+        except (Error, ValueError):  # the options' own limits
+            break
+        except RuntimeError as failure:
+            jnds, broken = math.inf, frozenset({str(failure).partition(";")[0]})
+        last = step
+        is_true = is_true and jnds <= wanted and broken.isdisjoint(_ONLY)
         true_to = step if is_true else true_to
         swings_at = step if swings_at is None and _SWINGS in broken else swings_at
-        if not is_true and math.isfinite(jnds):
+        if wanted < jnds < math.inf:
             broken |= {f"the error is {perception.text(jnds)}"}
         # What the scene does unstretched does not break.
         if breaks_at is None and (new := sorted(broken - unstretched[1])):
             breaks, breaks_at = new[0], step
         if not is_true and (swings_at is not None or not math.isfinite(jnds)):
             break
-    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, true_to != steps[-1])
+    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, true_to != last)
 
 
 def _at(
@@ -166,8 +170,10 @@ def _at(
         )
         if runs[1][name].any()
     }
-    if quantity not in ("angle", "duration") and _swings(less, generations):
-        broken.add(_SWINGS)
+    if quantity not in ("angle", "duration"):
+        scene, lesser = (swings(one, generations) for one in (true, less))
+        broken |= {_SWINGS} if scene else set()
+        broken |= {_ONLY[scene]} if lesser != scene else set()
     return perception.torque_jnds(steady_nm(felt[1] - felt[0])), frozenset(broken)
 
 
@@ -223,7 +229,7 @@ def _later(options: LoopOptions, ticks: int) -> LoopOptions:
     return replace(options, scene=scene)
 
 
-def _swings(options: LoopOptions, generations: int) -> bool:
+def swings(options: LoopOptions, generations: int) -> bool:
     """Throw the knob into the scene and press it, both ways; say whether it swings for ever.
 
     Each further generation varies the start after which it swung most.

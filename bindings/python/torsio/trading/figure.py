@@ -26,7 +26,7 @@ def panel(axes: Axes, found: Trade, title: str) -> None:
     may = [row for row in found.rows if row.variant.may_be_proposed]
     tried = [row for row in may if row.name == row.variant.name]
     axes.set(xscale="log", yscale="log", title=title)
-    axes.axhspan(_LEAST_JNDS / 2, found.wanted_jnds, color=WALL_FILL, zorder=0)
+    axes.axhspan(_LEAST_JNDS / 2, found.wanted_jnds, color=WALL_FILL, zorder=0, label="wanted")
     axes.plot(*zip(*map(_shown, tried), strict=True), ".", color=GREY, label="tried")
     front = sorted(_shown(row) for row in tried if row.is_on_front)
     axes.plot(*zip(*front, strict=True), "o-", color=BLUE, ms=5, lw=1.2, label="front")
@@ -56,7 +56,7 @@ def save_figure(found: Trade, path: Path, title: str = "What this scene needs") 
     with drawn((8.5, 6.0), dpi=120, layout="constrained") as figure:
         axes = figure.subplots()
         panel(axes, found, title)
-        axes.set_ylabel("largest change of the felt torque, JND")
-        figure.legend(loc="outside lower center", ncols=4, frameon=False, labelcolor=TEXT)
+        axes.set_ylabel(f"largest change of the felt torque, JND ({_LEAST_JNDS:g}: that or less)")
+        figure.legend(loc="outside lower center", ncols=5, frameon=False, labelcolor=TEXT)
         with beside(path) as part:
             figure.savefig(part)

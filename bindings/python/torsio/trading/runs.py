@@ -36,6 +36,7 @@ __all__ = [
     "Runs",
     "Variant",
     "emulated_options",
+    "present",
     "variants",
 ]
 
@@ -94,6 +95,12 @@ class Variant:
         words += [f"law {self.law}"] if self.law else []
         words += ["other noise"] if self.other_noise else []
         return ", ".join(words) or "all parts at the highest rate"
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """Parts that are left out, and those that went with the spring."""
+        more = _WITH_SPRING if "spring and brake" in self.left_out else ()
+        return self.left_out + more
 
     @property
     def may_be_proposed(self) -> bool:

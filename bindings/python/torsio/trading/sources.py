@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import runpy
+import sys
+from collections.abc import Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
@@ -27,10 +29,10 @@ from torsio.printed.plant import (
 from torsio.printed.scenes import Effect, Timing
 from torsio.recordings.loading import Recorded, load
 from torsio.stability import plant_of
-from torsio.trading.runs import PARTS, WHOLE
+from torsio.trading.runs import PARTS, WHOLE, present
 from torsio.trading.visits import effects_of, usual_hand
 
-__all__ = ["EVERYTHING", "configuration_of", "configured", "options_of", "plant_with"]
+__all__ = ["EVERYTHING", "configuration_of", "configured", "options_of", "with_parts"]
 
 EVERYTHING: Final = PlantParams(
     shaft_hardening=ShaftHardening(),
@@ -55,8 +57,10 @@ _KNOWN: Final[dict[str, Any]] = {
 _EFFECTS: Final[dict[str, Any]] = {kind.__name__.lower(): kind for kind in Effect.__subclasses__()}
 
 
-def options_of(scene: Any, given: dict[str, Any]) -> LoopOptions:
-    """Give the closed loop of a scene with its hand, plant and control.
+def options_of(
+    scene: Any, given: dict[str, Any], parts: Iterable[str] | None = None
+) -> LoopOptions:
+    """Give the closed loop of a scene with its hand, plant, of it only some parts, and control.
 
     Raises
     ------
@@ -79,7 +83,9 @@ def options_of(scene: Any, given: dict[str, Any]) -> LoopOptions:
         checks.kind("scene", effect, Effect, "effects, a file or a recording")
     for name, value in found.items():
         checks.kind(name, value, _KNOWN[name], f"a {_KNOWN[name].__name__}")
-    plant = found.get("plant", EVERYTHING)
+    plant = found.pop("plant", EVERYTHING)
+    if parts is not None:
+        plant = with_parts(plant, parts)
     # The device knows what it was calibrated to, whatever a simulation leaves out.
     beliefs = {"actuator": plant.matching_config(), "shaft": plant.matching_shaft()}
     if isinstance(found.get("hand"), PrescribedMotion):
@@ -102,23 +108,31 @@ def _from_zero(hand: PrescribedMotion) -> PrescribedMotion:
 
 def _from_python(path: Path) -> dict[str, Any]:
     """Run a file that sets `scene`, and perhaps `hand`, `plant` and configurations."""
+    beside = str(path.resolve().parent)
+    sys.path.insert(0, beside)  # for its imports
     try:
         found = runpy.run_path(str(path))
     except OSError:
         raise
-    except Exception as error:  # whatever the file raises
+    except (Exception, SystemExit) as error:  # whatever the file raises
         raise Error(f"{path} fails: {type(error).__name__}: {error}") from error
-    if "scene" not in found:
+    finally:
+        sys.path.remove(beside)
+    if found.get("scene") is None:
         raise Error(f"{path} sets no `scene`: write scene = torsio.Wall(...) in it")
     return {name: found[name] for name in ("scene", *_KNOWN) if found.get(name) is not None}
 
 
 def _from_recording(recorded: Recorded) -> dict[str, Any]:
-    """Take the last scene that was played, the configuration, and the motion that was measured."""
-    played = [of["scene"] for of in recorded.events if of["kind"] in ("play", "playing")]
+    """Take the last scene that is not empty, the configuration, and the motion until it ended."""
+    orders = [of for of in recorded.events if of["kind"] in ("play", "playing", "stop")]
+    played = [number for number, of in enumerate(orders) if of.get("scene")]
     if not played:
         raise Error("the recording has no scene: record in the program or page that plays it")
-    armed = recorded.telemetry[recorded.telemetry["flags"] & 3 == 1]
+    last, *after = orders[played[-1] :]
+    until_s = after[0]["device_time_s"] if after else np.inf
+    rows_of = recorded.telemetry
+    armed = rows_of[(rows_of["flags"] & 3 == 1) & (rows_of["time_s"] < until_s)]
     if len(armed) < 2:
         raise Error("the knob is not armed in the recording: arm it while you record")
     every = max(1, round(_PATH_EVERY_S / float(np.median(np.diff(armed["time_s"])))))
@@ -137,17 +151,17 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
             if kind.__name__ in kept
         }
         return {
-            "scene": [_effect(one) for one in played[-1]],
+            "scene": [_effect(one) for one in last["scene"]],
             "hand": PrescribedMotion(angle_rad=path),
-            "plant": configured(known["actuator"], known["shaft"], EVERYTHING),
+            "plant": configured(known["actuator"], known["shaft"]),
             **known,
         }
     except (KeyError, TypeError) as error:
         raise Error(f"this version cannot read the recording, record anew: {error}") from None
 
 
-def configured(actuator: ActuatorConfig, shaft: ShaftConfig, parts: PlantParams) -> PlantParams:
-    """Give the plant that a calibrated configuration tells of, with further parts of another."""
+def configured(actuator: ActuatorConfig, shaft: ShaftConfig) -> PlantParams:
+    """Give the plant that a calibrated configuration tells of, with the parts that it cannot."""
     told = plant_of(actuator)
     knee = None
     if shaft.knee_1_rad > 0.0:  # a plant has one
@@ -159,28 +173,29 @@ def configured(actuator: ActuatorConfig, shaft: ShaftConfig, parts: PlantParams)
         brake_inertia_kg_m2=actuator.brake_inertia_kg_m2 or told.brake_inertia_kg_m2,
         shaft_hardening=knee,
         brake_hysteresis=BrakeHysteresis(half_width_nm=width) if width > 0.0 else None,
-        belt=parts.belt,
-        cogging=parts.cogging,
-        electrics=parts.electrics,
-        encoder_noise_counts=parts.encoder_noise_counts,
+        belt=EVERYTHING.belt,
+        cogging=EVERYTHING.cogging,
+        electrics=EVERYTHING.electrics,
+        encoder_noise_counts=EVERYTHING.encoder_noise_counts,
     )
 
 
-def plant_with(names: str) -> PlantParams:
-    """Give the reference actuator with these parts of `EVERYTHING`, named with commas between."""
-    wanted = {name.strip() for name in names.split(",") if name.strip()}
-    known = set(PARTS) - set(WHOLE)
+def with_parts(plant: PlantParams, names: Iterable[str]) -> PlantParams:
+    """Leave a plant these parts. If it lacks one, `EVERYTHING` has it."""
+    wanted, known = set(names), set(PARTS) - set(WHOLE)
     if unknown := wanted - known:
         raise InvalidArgument(
             f"there is no part {', '.join(sorted(unknown))}; there are {', '.join(sorted(known))}"
         )
-    without: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
     for name in known - wanted:
-        without |= PARTS[name]
-    return replace(EVERYTHING, **without)
+        changes |= PARTS[name]
+    for name in wanted - {*present(plant)}:
+        changes |= {field: getattr(EVERYTHING, field) for field in PARTS[name]}
+    return replace(plant, **changes)
 
 
-def configuration_of(path: Path, parts: PlantParams | None) -> dict[str, Any]:
+def configuration_of(path: Path) -> dict[str, Any]:
     """Read the text of `torsio config dump`: configurations, and the plant that they tell of."""
     text = text_of(path)
     try:
@@ -190,7 +205,7 @@ def configuration_of(path: Path, parts: PlantParams | None) -> dict[str, Any]:
             for name, kind in _KNOWN.items()
             if name not in ("hand", "plant")
         }
-        plant = configured(found["actuator"], found["shaft"], parts or EVERYTHING)
+        plant = configured(found["actuator"], found["shaft"])
     except (ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         reason = str(error).partition("; ")[0]  # without all names that there are
         raise InvalidArgument(f"{path} is no configuration of a knob: {reason}") from None

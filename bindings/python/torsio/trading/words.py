@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -17,11 +16,19 @@ __all__ = ["as_dict", "lines"]
 def lines(found: Trade) -> Iterator[str]:
     """Say what matters: each part, rate and change, the proposal, boards and extremes."""
     reference = found.rows[0]
-    yield (f"All parts at {HIGHEST_HZ // 1000} kHz cost {_cost(reference)}: the reference.")
-    for row in found.rows:
-        one = row.variant
-        if row.name == one.name and len(one.left_out) == 1 and one.rate_hz == HIGHEST_HZ:
-            yield _of_part(one.left_out[0], row, reference, found)
+    alone = {
+        row.variant.left_out[0]: row
+        for row in found.rows
+        if row.name == row.variant.name
+        and len(row.variant.left_out) == 1
+        and row.variant.rate_hz == HIGHEST_HZ
+    }
+    effects = ", ".join(type(effect).__name__ for effect in found.scene) or "Free air"
+    yield f"{effects}, played by a knob with {', '.join(alone) or 'no part to leave out'}."
+    yield f"All parts at {HIGHEST_HZ // 1000} kHz cost {_cost(reference)}: the reference."
+    if found.swings:
+        yield "Thrown into the scene, even this knob swings."
+    yield from (_of_part(name, row, reference, found) for name, row in alone.items())
     for rate in RATES_HZ[1:]:
         row = found.row(rate_hz=rate)
         yield f"{rate // 1000} kHz {_changes(row)} and {_saves(row, reference)}."
@@ -31,9 +38,7 @@ def lines(found: Trade) -> Iterator[str]:
             more = f"; a tick is {ticks}" if row.variant.law else ""
             yield f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}{more}."
         if row.variant.other_noise:
-            most = row.difference.jnds > found.wanted_jnds
-            so = "more than is wanted, so ask for more" if most else "less cannot be told"
-            yield f"Other noise {_changes(row)}: {so}."
+            yield f"Other noise {_changes(row)}: less cannot be told."
     for row in found.rows:
         if row.name != row.variant.name:  # in the batch, or the whole device
             wire = ""
@@ -60,35 +65,20 @@ def _proposal(found: Trade) -> Iterator[str]:
         yield f"Verified: {verified}. {perception.text(found.wanted_jnds)} was wanted."
     else:
         yield f"It falls short by {perception.text(found.short_by_jnds)}: {verified}."
-        yield _instead(found)
-
-
-def _instead(found: Trade) -> str:
-    """Say what to ask for in place of what cannot be had."""
-    least = max(
-        row.difference.jnds
-        for row in found.rows
-        if row.variant.other_noise or row.name == f"whole device, {found.rows[0].name}"
-    )
-    if least > found.wanted_jnds:  # nothing is truer than the reference
-        return (
-            f"Even with all parts the noise of two visits differs by {perception.text(least)}: "
-            f"ask for more, --wanted {_digit(least, math.ceil):g}."
+        least = max(
+            row.difference.jnds
+            for row in found.rows
+            if row.variant.other_noise or row.name == f"whole device, {found.rows[0].name}"
         )
-    share = found.wanted_jnds / (found.wanted_jnds + found.short_by_jnds)
-    return f"Ask for less, --wanted {_digit(share * found.wanted_jnds, math.floor):g}."
-
-
-def _digit(value: float, rounded: Callable[[float], int]) -> float:
-    """Round to one digit, up or down."""
-    place = math.floor(math.log10(value))
-    return float(f"{rounded(value / 10.0**place)}e{place}")
+        if least > found.wanted_jnds:
+            noise = perception.text(least)
+            yield f"Even with all parts two visits differ by {noise}."
 
 
 def _of_part(name: str, row: Row, reference: Row, found: Trade) -> str:
     share = 100 * (1.0 - row.cpu_s / reference.cpu_s)
     costs = f"costs {share:.0f} %" if share >= 1.0 else "costs nothing"
-    if name in found.proposal.variant.left_out:
+    if name in found.proposal.variant.lacks:
         verdict = "leave it out"
     elif row.difference.jnds > found.wanted_jnds or name in ("brake", "spring and brake"):
         verdict = "keep it"
@@ -99,13 +89,11 @@ def _of_part(name: str, row: Row, reference: Row, found: Trade) -> str:
 
 
 def _changes(row: Row) -> str:
-    if row.difference.missed:
-        return (
-            f"changes what is felt by {perception.text(row.difference.jnds)}, crosses "
-            f"{row.difference.missed} edges more or fewer"
-        )
+    felt, missed = perception.text(row.difference.jnds), row.difference.missed
+    if missed:
+        edges = "an edge once" if missed == 1 else f"edges {missed} times"
+        return f"changes what is felt by {felt}, crosses {edges} more or less"
     contact_ms = float(f"{round(1e3 * row.difference.contact_s, 3):.2g}")
-    felt = perception.text(row.difference.jnds)
     return f"changes what is felt by {felt}, contacts by {contact_ms:g} ms"
 
 

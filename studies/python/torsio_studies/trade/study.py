@@ -54,7 +54,7 @@ def run(study: Study) -> Results:
     """Trade every scene; what an earlier run has measured is not measured again."""
     settings = study.settings
     files = [Path(file) for file in settings.get("files") or ()]
-    scenes: dict[str, Any] = {file.name: file for file in files} or dict(SCENES)
+    scenes: dict[str, Any] = {str(file): file for file in files} or dict(SCENES)
     folder = study.out and study.out / "trade"
     if folder is not None:
         make_folder(folder)
@@ -96,10 +96,10 @@ def _draw(figure: Figure, found: dict[str, Any]) -> None:
         figure,
         "How exact must it be?",
         "Each point leaves out parts or lowers the control rate. Left is cheaper, low is truer. "
-        "In the shade it is felt less than was wanted; the lowest line is 0.001 JND or less.",
+        "The lowest line is 0.001 JND or less.",
     )
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, labelcolor=TEXT)
+    figure.legend(handles, labels, loc="lower center", ncols=5, frameon=False, labelcolor=TEXT)
     figure.subplots_adjust(left=0.06, right=0.985, top=0.74, bottom=0.2, wspace=0.08)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +16,7 @@ from torsio.common import screen
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import err, line, out
 from torsio.errors import Error, InvalidArgument
-from torsio.trading.sources import configuration_of, plant_with
+from torsio.trading.sources import configuration_of
 from torsio.trading.words import as_dict, lines
 
 __all__ = ["add_to"]
@@ -40,7 +42,7 @@ def trade_command(
         typer.Option(
             "--parts",
             metavar="NAMES",
-            help="Parts of the plant to try, such as belt,cogging. By default all.",
+            help="Parts that the plant has, such as belt,cogging. By default all that are known.",
             show_default=False,
         ),
     ] = None,
@@ -83,13 +85,13 @@ def trade_command(
     """  # fmt: skip
     if picture is not None:
         need_matplotlib()
-    plant = None if parts is None else plant_with(parts)
-    known: dict[str, Any] = {}
-    if config is not None:
-        known = configuration_of(config, plant)
-    elif plant is not None:
-        known = {"plant": plant}
-    with screen.progress(err) as bar:
+        if not os.access(picture.resolve().parent, os.W_OK):
+            raise InvalidArgument(f"{picture}: its folder does not exist, or cannot be written in")
+    known: dict[str, Any] = {} if config is None else configuration_of(config)
+    if parts is not None:
+        known["parts"] = [name.strip() for name in parts.split(",") if name.strip()]
+    with warnings.catch_warnings(record=True) as told, screen.progress(err) as bar:
+        warnings.simplefilter("always", UserWarning)
         tasks: dict[str, TaskID] = {}
 
         def show(what: str, done: int, total: int) -> None:
@@ -109,6 +111,8 @@ def trade_command(
             )
         except (ValueError, TypeError, RuntimeError) as error:
             raise error if isinstance(error, Error) else InvalidArgument(str(error)) from error
+    for warning in told:
+        line(err, f"torsio: {warning.message}")
     if as_json:
         print_json(as_dict(found))
     else:
