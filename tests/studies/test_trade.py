@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import torsio
-from torsio_studies import common
+from torsio_studies import cli, common
 from torsio_studies.execution import execute
 
 SCENE = """
@@ -43,3 +44,12 @@ def test_study_trades_every_file_and_goes_on_where_it_was(tmp_path: Path) -> Non
     for file in files:
         first, second = (one["scenes"][str(file)]["rows"][0] for one in (results, again))
         assert first == pytest.approx(second)
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_status_is_0_only_if_every_proposal_holds(
+    holds: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes = {"one": {"holds": True}, "other": {"holds": holds}}
+    monkeypatch.setattr(cli, "run", lambda *_: {"scenes": scenes})
+    assert CliRunner().invoke(cli.app, ["trade"]).exit_code == (0 if holds else 1)
