@@ -20,35 +20,44 @@ Array = npt.NDArray[np.float64]
 _DIGITS: Final = (100, 200, 400)  # tried in this order
 
 
-def evaluate(case: Case, most_pieces: int | None = None) -> list[dict[str, Any]]:
-    """Enclose a case; give the stepper's error, and in which event it grew.
+def _narrowest(case: Case, torque: Any, most_pieces: int | None) -> tuple[Any, float, str]:
+    """Enclose a case with more digits until the balls are small enough.
 
-    A case that takes more pieces of time to look at is only enclosed so far.
+    Gives the balls with the run and its counts of events, the largest radius, or why there is none.
     """
     motor, brake = np.array(case.motor_nm), np.array(case.brake_nm)
-    torque = hand_torque(case.hand)
-    row: dict[str, Any] = {"name": case.name, "periods": len(motor), "decided": False}
-    radius = math.inf
+    best, radius, why = None, math.inf, ""
     for digits in _DIGITS:
         try:
             found = enclose(
                 case.plant, torque, motor, brake, period_s=1e-9 * case.period_ns, digits=digits,
                 most_pieces=most_pieces,
             )  # fmt: skip
-        except UndecidedError as why:
-            row["why"] = str(why)
+        except UndecidedError as error:
+            why = str(error)
             continue
         if not found[0]:
-            row["why"] = "takes too long"
-            break
+            return best, radius, "takes too long"
         # What fewer digits have proven stays so.
         widest = float(max(ball.rad() for some in found[0] for ball in some))
         if widest < radius:
-            radius, (balls, run, counts) = widest, found
+            best, radius = found, widest
         if radius < 10.0**-DIGITS:
             break
-    if radius == math.inf:
-        return [row]
+    return best, radius, why
+
+
+def evaluate(case: Case, most_pieces: int | None = None) -> list[dict[str, Any]]:
+    """Enclose a case; give the stepper's error, and in which event it grew.
+
+    A case that takes more pieces of time to look at is only enclosed so far.
+    """
+    torque = hand_torque(case.hand)
+    found, radius, why = _narrowest(case, torque, most_pieces)
+    row: dict[str, Any] = {"name": case.name, "periods": len(case.motor_nm), "decided": False}
+    if found is None:
+        return [row | {"why": why}]
+    balls, run, counts = found
     row = {**row, "periods": len(balls), "decided": True, "why": ""}
     middles = np.array([[float(ball.mid()) for ball in some] for some in balls])
     range_rad = float(np.abs(middles[:, :2]).max()) or 1.0
@@ -76,6 +85,7 @@ def evaluate(case: Case, most_pieces: int | None = None) -> list[dict[str, Any]]
     if case.plant.electrics:
         row["current_error"] = float(each[:, 2].max() / np.abs(middles[:, 2]).max())
     if case.with_scipy:
+        motor, brake = np.array(case.motor_nm), np.array(case.brake_nm)
         truth = simulate_truth(case.plant, torque, motor, brake, period_s=1e-9 * case.period_ns)
         angles = np.column_stack([truth.angle_rad, truth.brake_angle_rad])
         row["scipy_error"] = float(errors(angles).max()) / range_rad

@@ -59,27 +59,28 @@ class Stay:
 
         In truth it is never negative at the begin, whatever its ball says: only such modes begin.
         """
-        value, slope, *more = self.derivatives
+        value, slope = self.derivatives[:2]
         rate, begin = (slope * inside)[0, 0], (value * here)[0, 0]
         if rate >= 0 or (value * inside)[0, 0] > 0:
             return "none"
-        if not rate < 0 and begin.contains(0):
-            # It rises if one derivative is positive, and none before it is negative there.
-            for order, before, above in zip(range(1, 9), [slope, *more], more, strict=False):
-                if _STILL.get((after, self.name)) != order and not (before * here)[0, 0] >= 0:
-                    break
-                if (above * inside)[0, 0] > 0:
-                    return "none"
-            return "?"
-        if rate < 0:
-            last = (value * end)[0, 0]
-            # A zero that may be just behind the end belongs to the next piece, if there is one.
-            behind = last.abs_upper() < _TIE * rate.abs_lower() and not is_last
-            if last >= 0 or (behind and last.contains(0)):
-                return "none"
-            if last < 0:
-                return "one"
-        return "?"
+        if not rate < 0:
+            return "none" if begin.contains(0) and self._rises(here, inside, after) else "?"
+        last = (value * end)[0, 0]
+        # A zero that may be just behind the end belongs to the next piece, if there is one.
+        behind = last.abs_upper() < _TIE * rate.abs_lower() and not is_last
+        if last >= 0 or (behind and last.contains(0)):
+            return "none"
+        return "one" if last < 0 else "?"
+
+    def _rises(self, here: Any, inside: Any, after: str) -> bool:
+        """Whether a derivative is surely positive, and none before it negative at the begin."""
+        _, slope, *more = self.derivatives
+        for order, before, above in zip(range(1, 9), [slope, *more], more, strict=False):
+            if _STILL.get((after, self.name)) != order and not (before * here)[0, 0] >= 0:
+                return False
+            if (above * inside)[0, 0] > 0:
+                return True
+        return False
 
     def root(self, mode: Mode, here: Any, inside: Any, width: Any) -> Any:
         """Narrow the only zero of a falling function."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.figure import Figure
 from rich.console import Console
 
 from torsio.closed_loop import simulate
@@ -57,61 +59,69 @@ def run(study: Study) -> Results:
     plants = int(study.settings.get("plants") or (4 if study.quick else PLANTS))
     cases = [*scenes(quick=study.quick), *(random_case(number) for number in range(plants))]
     work = [*cases, *(electric_case(number) for number in range(max(2, plants // 10)))]
-    report = study.counter("cases", len(work))
-    found: dict[str, Any] = {}
+    tries = int(study.settings.get("tries") or (10 if study.quick else 100))
+    numbers = [0, 15] if study.quick else range(2 ** len(PARTS))
     if study.out is not None:
         make_folder(study.out)
     kept = study.out and study.out / "enclosure.jsonl"
-    todo = [(kept, case) for case in work]
-    workers = study.settings.get("workers")
-    with spread(todo, workers=workers, evaluate=evaluate_once) as (_, results):
-        for (_, case), (row,) in results:
-            found[case.name] = row
-            report(len(found))
-    tries = int(study.settings.get("tries") or (10 if study.quick else 100))
-    numbers = [0, 15] if study.quick else range(2 ** len(PARTS))
-    report = study.counter("searches", len(numbers))
-    extremes: list[dict[str, Any]] = []
+    found = _all(study, "cases", [(kept, case) for case in work], evaluate_once)
     searches = [(kept, number, tries) for number in numbers]
-    with spread(searches, workers=workers, evaluate=search_once) as (_, results):
-        for _, (row,) in results:
-            extremes.append(row)
-            report(len(extremes))
-    rows = [found[case.name] for case in cases]
-    circuits = [found[case.name] for case in work[len(cases) :]]
+    extremes = _all(study, "searches", searches, search_once)
+    by_name = {row["name"]: row for row in found}
+    rows = [by_name[case.name] for case in cases]
     decided = [row for row in rows if row["decided"]]
-    losses: dict[str, float] = {}
-    for row in decided:
-        for name, growth in row["losses"].items():
-            losses[name] = max(losses.get(name, 0.0), growth)
     with study.figure("errors", size=(9.0, 5.6)) as figure:
-        axes = figure.subplots()
-        axes.set(xscale="log", yscale="log")
-        axes.set(xlabel="events", ylabel="error, share of the largest angle")
-        for colour, marker, label, some in (
-            (ORANGE, "D", "the scenes", decided[:2]), (BLUE, "o", "random plants", decided[2:]),
-        ):  # fmt: skip
-            points = [(row["events"] + 0.5, max(row["error"], 1e-18)) for row in some]
-            axes.plot(*zip(*points, strict=True), marker, color=colour, label=label)
-        axes.axhline(2.0**-53, color=ORANGE, lw=1.0, label="half a unit of 64 bits")
-        axes.legend(frameon=False)
-        headline(
-            figure,
-            "What 64 bits lose",
-            f"The exact stepper beside balls of {DIGITS} digits. Each point is a plant.",
-            width=90,
-        )
-        figure.subplots_adjust(left=0.1, right=0.97, top=0.8, bottom=0.12)
+        _draw(figure, decided)
     return {
         "rows": rows,
-        "electrics": circuits,
+        "electrics": [by_name[case.name] for case in work[len(cases) :]],
         "extremes": sorted(extremes, key=lambda row: -float(row["error"])),
-        "losses": dict(sorted(losses.items(), key=lambda one: -one[1])),
+        "losses": _losses(decided),
         "undecided": len(rows) - len(decided),
         "worst": max(decided, key=lambda row: float(row["error"])),
         "median_error": float(np.median([row["error"] for row in decided[2:]] or [math.nan])),
         "least_digits": min(row["digits"] for row in decided),
     }
+
+
+def _all(study: Study, what: str, work: list[Any], once: Callable[[Any], Any]) -> list[Any]:
+    """Do all of the work on the study's processors; give the rows as they come."""
+    report = study.counter(what, len(work))
+    found: list[Any] = []
+    with spread(work, workers=study.settings.get("workers"), evaluate=once) as (_, results):
+        for _, (row,) in results:
+            found.append(row)
+            report(len(found))
+    return found
+
+
+def _losses(decided: list[dict[str, Any]]) -> dict[str, float]:
+    """Give the most that the error grew in a period with each event, the largest first."""
+    losses: dict[str, float] = {}
+    for row in decided:
+        for name, growth in row["losses"].items():
+            losses[name] = max(losses.get(name, 0.0), growth)
+    return dict(sorted(losses.items(), key=lambda one: -one[1]))
+
+
+def _draw(figure: Figure, decided: list[dict[str, Any]]) -> None:
+    axes = figure.subplots()
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel="events", ylabel="error, share of the largest angle")
+    for colour, marker, label, some in (
+        (ORANGE, "D", "the scenes", decided[:2]), (BLUE, "o", "random plants", decided[2:]),
+    ):  # fmt: skip
+        points = [(row["events"] + 0.5, max(row["error"], 1e-18)) for row in some]
+        axes.plot(*zip(*points, strict=True), marker, color=colour, label=label)
+    axes.axhline(2.0**-53, color=ORANGE, lw=1.0, label="half a unit of 64 bits")
+    axes.legend(frameon=False)
+    headline(
+        figure,
+        "What 64 bits lose",
+        f"The exact stepper beside balls of {DIGITS} digits. Each point is a plant.",
+        width=90,
+    )
+    figure.subplots_adjust(left=0.1, right=0.97, top=0.8, bottom=0.12)
 
 
 def show(results: Results, console: Console) -> None:
