@@ -72,6 +72,7 @@ class ExactStepper final : public Stepper {
   /// Takes the first of `rungs` if that certainly holds no event; if it does not, reach_ tells how
   /// much of it is worth another try.
   [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs, Vector& z);
+  [[nodiscard]] bool climb_cells(std::span<Rung<kShafts>> rungs);
   template <Moving kMoving>
   [[nodiscard]] bool climb_with(const Rung<kShafts>& rung, Vector& z);
   /// Goes on for `duration_ns` after the longest rung could not be taken.
@@ -373,14 +374,20 @@ void ExactStepper<kShafts, kPlain>::creep_through(double rest_s) {
   }
 }
 
+// Apart, or the loop that calls it would take its registers.
 template <int kShafts, bool kPlain>
-[[gnu::flatten]] std::size_t ExactStepper<kShafts, kPlain>::climb_within(double limit,
-                                                                         double& reach) {
+[[gnu::noinline, gnu::flatten]] bool ExactStepper<kShafts, kPlain>::climb_cells(
+    std::span<Rung<kShafts>> rungs) {
+  return climb(rungs, z_);
+}
+
+template <int kShafts, bool kPlain>
+std::size_t ExactStepper<kShafts, kPlain>::climb_within(double limit, double& reach) {
   const auto rungs = ladder();
   for (std::size_t rung = 0; rung < rungs_; ++rung) {
     const auto length = static_cast<double>(cells_of(rung));
     if (length > limit) continue;
-    if (climb(rungs.subspan(rung), z_)) return rung;
+    if (climb_cells(rungs.subspan(rung))) return rung;
     limit = reach_ * length;
     if (crossing_) reach = limit;
   }
@@ -424,10 +431,11 @@ template <int kShafts, bool kPlain>
                                                           std::int64_t duration_ns) {
   Vector z = load(state, inputs);
   if (duration_ns != longest_ns_ || !climb(ladder(), z)) [[unlikely]] {
-    // A copy, so that elsewhere the state stays in registers.
-    z_ = z;
+    // A copy, so that elsewhere the state stays in registers; one by one, as a pair would wait for
+    // what was just stored alone.
+    unrolled<C::kSize>([&](auto i) { z_[i] = z[i]; });
     go_in_cells(duration_ns);
-    z = z_;
+    unrolled<C::kSize>([&](auto i) { z[i] = z_[i]; });
   }
   store(z, state, inputs, duration_ns);
 }

@@ -17,8 +17,8 @@ namespace torsio::emulator {
 
 /// Calls `use(i)` for i = 0, 1, ... kCount - 1 with i as a constant of the compiler's.
 template <std::size_t kCount, class Use>
-constexpr void unrolled(Use&& use) {
-  [&]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+[[gnu::always_inline]] constexpr void unrolled(Use&& use) {
+  [&]<std::size_t... kIndex>(std::index_sequence<kIndex...>) __attribute__((always_inline)) {
     (use(std::integral_constant<std::size_t, kIndex>{}), ...);
   }(std::make_index_sequence<kCount>{});
 }
