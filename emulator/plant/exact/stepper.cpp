@@ -45,7 +45,7 @@ class ExactStepper final : public Stepper {
     Event event;
   };
 
-  [[nodiscard]] Vector load(const PlantState& state, const HeldInputs& inputs);
+  void load(Vector& z, const PlantState& state, const HeldInputs& inputs);
   void store(const Vector& z, PlantState& state, const HeldInputs& inputs,
              std::int64_t duration_ns) const;
 
@@ -154,9 +154,9 @@ template <int kShafts, bool kPlain>
 }
 
 template <int kShafts, bool kPlain>
-[[gnu::always_inline]] inline typename ExactStepper<kShafts, kPlain>::Vector
-ExactStepper<kShafts, kPlain>::load(const PlantState& state, const HeldInputs& inputs) {
-  Vector z{};
+[[gnu::always_inline]] inline void ExactStepper<kShafts, kPlain>::load(Vector& z,
+                                                                       const PlantState& state,
+                                                                       const HeldInputs& inputs) {
   stalled_ = 0;
   if (pieces() && !model_.cogging_nm.empty()) {
     regime_.cogging = cogging_at(model_, state.knob_angle);
@@ -187,7 +187,6 @@ ExactStepper<kShafts, kPlain>::load(const PlantState& state, const HeldInputs& i
     const double speed = z[C::kSpeed];
     regime_.knob = speed == 0.0 ? knob_at_rest(z) : direction_of(speed);
   }
-  return z;
 }
 
 template <int kShafts, bool kPlain>
@@ -429,8 +428,14 @@ template <int kShafts, bool kPlain>
 [[gnu::flatten]] void ExactStepper<kShafts, kPlain>::step(PlantState& state,
                                                           const HeldInputs& inputs,
                                                           std::int64_t duration_ns) {
-  Vector z = load(state, inputs);
-  if (duration_ns != longest_ns_ || !climb(ladder(), z)) [[unlikely]] {
+  if (duration_ns != longest_ns_) {
+    load(z_, state, inputs);
+    go_in_cells(duration_ns);
+    return store(z_, state, inputs, duration_ns);
+  }
+  Vector z{};
+  load(z, state, inputs);
+  if (!climb(ladder(), z)) [[unlikely]] {
     // A copy, so that elsewhere the state stays in registers; one by one, as a pair would wait for
     // what was just stored alone.
     unrolled<C::kSize>([&](auto i) { z_[i] = z[i]; });
