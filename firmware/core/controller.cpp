@@ -55,7 +55,7 @@ namespace {
 /// The end of a swing; out of line, for that is rare.
 [[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm, float timed_nm,
                                    std::int32_t delta_counts) {
-  if (judge_swing(state.bound, state.tick)) state.motion.counting = Counting::held;
+  if (judge_swing(state.bound, state.tick)) hold_count(state.motion);
   return bound_stiffness(state.bound, asked_nm, timed_nm, delta_counts);
 }
 

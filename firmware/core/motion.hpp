@@ -29,6 +29,7 @@ enum class Counting : std::uint8_t {
 struct MotionState {
   std::uint32_t last_count = 0;
   Counting counting = Counting::first;
+  std::uint32_t held_count = 0;
   std::int64_t position_counts = 0;
   float lag_counts = 0;             // how far the tracked position is behind the true one
   float speed_counts_per_tick = 0;  // tracked
@@ -61,30 +62,35 @@ constexpr MotionParams make_motion_params(const Resolution& resolution, std::uin
 /// A knob that moves by at most this much is at rest: its encoder flickers.
 inline constexpr std::int32_t kRestCounts = 2;
 
-/// A tick that is not as usual.
-/// @returns the count that it follows
-constexpr std::uint32_t begin_counting(MotionState& state, std::uint32_t count,
-                                       std::uint32_t shift) {
-  const std::int32_t delta = static_cast<std::int32_t>(count - state.last_count) >> shift;
+/// A tick that is not as usual: decides from which count it moves.
+constexpr void begin_counting(MotionState& state, std::uint32_t count, std::uint32_t shift) {
+  const std::int32_t delta = static_cast<std::int32_t>(count - state.held_count) >> shift;
   const bool rests = delta >= -kRestCounts && delta <= kRestCounts;
-  if (state.counting == Counting::held && rests) return state.last_count;
-  if (state.counting == Counting::first) state.last_count = count;
-  state.counting = Counting::usual;
-  return count;
+  const bool held = state.counting == Counting::held;
+  state.last_count = held && !rests ? state.held_count : count;
+  if (!(held && rests)) state.counting = Counting::usual;
+}
+
+/// From now on kRestCounts to either side are no motion.
+constexpr void hold_count(MotionState& state) {
+  state.counting = Counting::held;
+  state.held_count = state.last_count;
 }
 
 /// The next tick follows each count again.
 constexpr void release_count(MotionState& state) {
-  if (state.counting == Counting::held) state.counting = Counting::usual;
+  if (state.counting != Counting::held) return;
+  state.counting = Counting::usual;
+  state.last_count = state.held_count;
 }
 
 /// One tick. The counter may wrap at its width; between two ticks it must not move by half its
 /// range or more. The first tick only learns where the counter is.
 constexpr Motion track_motion(MotionState& state, const MotionParams& params,
                               std::uint32_t encoder_count) {
-  std::uint32_t count = encoder_count << params.counter_shift;
+  const std::uint32_t count = encoder_count << params.counter_shift;
   if (state.counting != Counting::usual) [[unlikely]] {
-    count = begin_counting(state, count, params.counter_shift);
+    begin_counting(state, count, params.counter_shift);
   }
   std::int32_t delta = static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift;
   if (params.reversed) delta = -delta;

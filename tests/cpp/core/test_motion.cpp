@@ -34,11 +34,11 @@ TEST_CASE("a held knob rests within two counts, and then moves by all of them") 
     };
     CHECK(step(0) == 0);
     CHECK(step(1) == 1);
-    state.counting = core::Counting::held;
+    core::hold_count(state);
     for (const std::int32_t more : {1, 1, -3, -1, 2, 2}) CHECK(step(more) == 0);
     CHECK(step(1) == 3);
     CHECK(step(-1) == -1);
-    state.counting = core::Counting::held;
+    core::hold_count(state);
     CHECK(step(2) == 0);
     core::release_count(state);
     CHECK(step(0) == 2);
