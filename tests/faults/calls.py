@@ -89,6 +89,11 @@ def _arm(bench: Bench) -> None:
     bench.knob.arm()
 
 
+def _note(bench: Bench) -> None:
+    if bench.recording is not None:
+        bench.recording.note("mark")
+
+
 def _every(bench: Bench) -> None:
     steps = bench.knob.every(0.005)
     for _ in range(3):
@@ -107,6 +112,7 @@ CALLS: dict[str, Callable[[Bench], Any]] = {
     "stop": lambda bench: bench.knob.stop(),
     "play": lambda bench: bench.knob.play([SPRING, torsio.Damper(damping_nm_s_per_rad=1e-4)]),
     "arm": _arm,
+    "note": _note,
     "clear_fault": _disarmed(torsio.Knob.clear_fault),
     "zero": _disarmed(torsio.Knob.zero),
     "record": _record,
@@ -204,7 +210,7 @@ def _wrong(
             with suppress(torsio.Error):
                 newest = int(this.knob.latest()["tick"])
             this.got.append(this.knob.read(timeout_s=0.0))
-        elif this.recording.is_open:
+        elif this.recording.is_open or call != "record_to":  # which closes it first
             newest = int(this.knob.record(0.01)["tick"][-1])
         this.knob.close()
         if this.device.is_armed:

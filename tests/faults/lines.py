@@ -22,10 +22,14 @@ class TwoInterrupts(KeyboardInterrupt):
 
 
 RAISED: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, OSError)
-# Where it is raised: the library, and what it calls to write recordings.
-_FOLDERS = tuple(str(Path(package.__file__ or "").parent) for package in (torsio, mcap))
+# Where it is raised: the library, what it calls to write recordings, and modules of Python's own
+# that do more than compute.
+_OURS = tuple(str(Path(package.__file__ or "").parent) for package in (torsio, mcap))
+_PYTHON = Path(threading.__file__).parent
+_FOLDERS = (*_OURS, str(_PYTHON))
+_COMPUTES = tuple(str(_PYTHON / name) for name in ("copy.py", "dataclasses.py", "json"))
 # Python's own steps at the end of a "with", before the call: it looks at no signal there.
-_ENDS = ("LOAD_CONST", "PUSH_EXC_INFO", "WITH_EXCEPT_START")
+_ENDS = ("LOAD_CONST", "PUSH_EXC_INFO", "ROT_TWO", "SWAP", "WITH_EXCEPT_START")
 
 
 class Injection:
@@ -61,14 +65,18 @@ class Injection:
             threading.settrace(None)
 
     def _enter(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
-        is_ours = frame.f_code.co_filename.startswith(_FOLDERS)
+        # Python's own modules where what is watched calls them, not where the harness does.
+        is_called = frame.f_back is not None and frame.f_back.f_trace is not None
+        file = frame.f_code.co_filename
+        is_ours = file.startswith(_FOLDERS if is_called else _OURS)
         is_main = threading.get_ident() == self._main
+        is_ours = is_ours and not file.startswith(_COMPUTES)
         if event != "call" or not is_ours or is_main == self._in_thread:
             return None
         return self._line
 
     def _again(self, frame: FrameType, event: str, _: Any) -> None:
-        if event in ("call", "c_call") and frame.f_code.co_filename.startswith(_FOLDERS):
+        if event in ("call", "c_call") and frame.f_code.co_filename.startswith(_OURS):
             raise TwoInterrupts(f"injected again, after {self.where}")
 
     def _line(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any]:

@@ -5,6 +5,8 @@ Arrivals and departures are tested in tests/cpp/sdk/test_device_watch.cpp.
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import signal
 import subprocess
 import sys
@@ -16,6 +18,7 @@ from typing import Any
 import pytest
 
 import torsio
+from tests.faults.lines import Injection
 from torsio import _torsio
 
 PROGRAM = """
@@ -106,8 +109,8 @@ def test_what_a_callback_raises_ends_the_watch_and_stop_raises_it_once() -> None
         raise ZeroDivisionError
 
     watch = torsio.watch(fail)
-    assert watch._thread is not None
-    watch._thread.join(20.0)
+    assert watch._worker is not None
+    watch._worker.join()
     assert watch.is_stopped
     with pytest.raises(ZeroDivisionError):
         watch.stop()
@@ -131,6 +134,26 @@ def test_stop_waits_for_the_callback_that_runs() -> None:
 
 
 @pytest.mark.usefixtures("_fake")
+def test_stop_waits_for_the_callback_also_after_an_interrupted_stop() -> None:
+    for at in itertools.count():
+        begun, done = threading.Event(), threading.Event()
+
+        def take(_: torsio.DeviceEvent, begun: Any = begun, done: Any = done) -> None:
+            begun.set()
+            time.sleep(0.1)
+            done.set()
+
+        watch, injection = torsio.watch(take), Injection(at, KeyboardInterrupt)
+        assert begun.wait(20.0)
+        with contextlib.suppress(KeyboardInterrupt), injection.active():
+            watch.stop()
+        watch.stop()
+        assert done.is_set(), injection.where
+        if injection.where is None:
+            break
+
+
+@pytest.mark.usefixtures("_fake")
 def test_callback_may_stop_its_watch() -> None:
     made, calls = threading.Event(), []
     watches: list[torsio.DeviceWatch] = []
@@ -142,9 +165,9 @@ def test_callback_may_stop_its_watch() -> None:
 
     watches.append(torsio.watch(stop))
     made.set()
-    assert watches[0]._thread is not None
-    watches[0]._thread.join(20.0)
-    assert not watches[0]._thread.is_alive()
+    assert watches[0]._worker is not None
+    watches[0]._worker.join()
+    assert not watches[0]._worker.runs
     assert len(calls) == 1
 
 

@@ -9,6 +9,7 @@ from typing import Literal
 
 from torsio import _torsio
 from torsio.common import checks
+from torsio.common.worker import Worker
 from torsio.errors import Error
 from torsio.printed.told import ListedDevice
 
@@ -51,10 +52,11 @@ class DeviceWatch:
         self._timeout_s = timeout_s
         self._callback = callback
         self._failure: BaseException | None = None
-        self._thread: threading.Thread | None = None
+        self._worker: Worker | None = None
+        self._ident = 0  # of its thread
         if callback is not None:
-            self._thread = threading.Thread(target=self._run, name="torsio-watch", daemon=True)
-            self._thread.start()
+            self._worker = Worker(self._run)
+            self._worker.start()
 
     def __enter__(self) -> DeviceWatch:
         """Give the watch itself."""
@@ -66,7 +68,7 @@ class DeviceWatch:
 
     def __iter__(self) -> DeviceWatch:
         """Give the watch itself. Raises `Error` if it has a callback, which gets the events."""
-        if self._thread is not None:
+        if self._worker is not None:
             raise Error("this watch has a callback, which gets the events; make another to iterate")
         return self
 
@@ -82,7 +84,7 @@ class DeviceWatch:
 
         Raises `Error` if it has a callback, which gets the events.
         """
-        if self._thread is not None:
+        if self._worker is not None:
             raise Error("this watch has a callback, which gets the events; make another to ask")
         return self._next(checks.number("timeout_s", timeout_s, 0.0, _LONGEST_S))
 
@@ -92,6 +94,7 @@ class DeviceWatch:
 
     def _run(self) -> None:
         assert self._callback is not None
+        self._ident = threading.get_ident()
         try:
             while (event := self._next(_LONGEST_S)) is not None and not self._watch.is_stopped:
                 self._callback(event)
@@ -106,8 +109,8 @@ class DeviceWatch:
         what the callback raised, once.
         """
         self._watch.stop()
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join()
+        if self._worker is not None and self._ident != threading.get_ident():
+            self._worker.join()
             failure, self._failure = self._failure, None
             if failure is not None:
                 raise failure

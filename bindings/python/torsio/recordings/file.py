@@ -7,7 +7,6 @@ import json
 import math
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, fields, is_dataclass
 from itertools import repeat
@@ -20,6 +19,7 @@ import numpy as np
 from torsio import _torsio, protocol
 from torsio.common.extras import how_to_install
 from torsio.common.whole_file import beside
+from torsio.common.worker import Worker, exhaust
 from torsio.errors import Error, MalformedReport
 from torsio.printed.told import Energies
 from torsio.telemetry import TELEMETRY_DTYPE, Record
@@ -35,7 +35,6 @@ _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
 # Most bytes of telemetry that wait for the disk.
 _MOST_WAITING_BYTES: Final = 64 * 1024 * 1024
-_exhaust: Final = deque[Any](maxlen=0).extend
 TOPICS: Final = (
     *("telemetry", "energies", "events", "device_events", "drop_outs", "reports", "inputs"),
 )
@@ -161,9 +160,8 @@ class RecordingFile:
         self._failure: BaseException | None = None
         # Both may be used in the handler of a signal that comes in the middle of using them.
         self._waiting: SimpleQueue[tuple[Callable[[Any], None], Any] | None] = SimpleQueue()
-        self._ended = threading.Lock()
         self._is_open = True
-        self._thread = threading.Thread(target=self._work, name="torsio recording", daemon=True)
+        self._worker = Worker(self._work)
         try:
             with beside(self.path) as place:
                 self._file = _Stream(place)
@@ -178,10 +176,10 @@ class RecordingFile:
                     self._file.close()  # for Windows moves no file that is open
             if is_beside:
                 self._file.go_on(self.path)
-            self._ended.acquire()
-            self._thread.start()
+            self._worker.start()
         except BaseException as error:
             self._is_open = False
+            self._waiting.put(None)
             if self._file is not None:
                 with contextlib.suppress(OSError):
                     self._file.close()
@@ -213,7 +211,7 @@ class RecordingFile:
     @property
     def is_open(self) -> bool:
         """False once closed, or when a write has failed."""
-        return self._is_open and self._thread.is_alive()  # no thread in a forked child
+        return self._is_open and self._worker.runs
 
     @_torsio.all_of
     def close(self) -> Iterable[Callable[[], object]]:
@@ -226,8 +224,8 @@ class RecordingFile:
 
     def _end(self) -> None:
         self._waiting.put(None)
-        while self.is_open and not self._ended.acquire(timeout=_LOOK_S):
-            pass
+        if self.is_open:
+            self._worker.join()
 
     def note(self, kind: str, **values: Any) -> None:
         """Write an event of the program's own: a mark, a condition of an experiment.
@@ -246,7 +244,7 @@ class RecordingFile:
 
         No Python runs between the iterator and the queue, so no interrupt comes there.
         """
-        _exhaust(map(self._waiting.put, zip(repeat(write), values)))
+        exhaust(map(self._waiting.put, zip(repeat(write), values)))
 
     def has_room(self, samples_received: int) -> bool:
         """Whether so many samples of the knob's may wait; the knob asks before it takes more."""
@@ -326,9 +324,6 @@ class RecordingFile:
             self._write_what_waits()
         except BaseException as error:
             self._failure = self._named(error) if isinstance(error, OSError) else error
-        finally:
-            self._is_open = False
-            self._ended.release()
 
     def _write_what_waits(self) -> None:
         """Write until the file is closed or cannot be written."""

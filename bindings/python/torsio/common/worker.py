@@ -1,0 +1,49 @@
+"""A thread whose end an interrupt of its owner does not feign."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from operator import methodcaller
+from typing import Any, Final
+
+__all__ = ["Worker", "exhaust"]
+
+_LOOK_S: Final = 0.05
+exhaust: Final = deque[Any](maxlen=0).extend
+
+
+class Worker:
+    """A thread for a function that raises nothing; it never keeps Python from ending.
+
+    A Ctrl-C in `is_alive` or `join` makes `threading.Thread` take a thread for dead (Python 3.11),
+    and one where a `Thread` is collected is lost.
+    """
+
+    def __init__(self, work: Callable[[], object]) -> None:
+        self._work = work
+        self._pid = os.getpid()
+        self._ended: list[bool] = []
+        self._lock = threading.Lock()
+        self._lock.acquire()
+
+    def start(self) -> None:
+        """Start it. No Python runs after the function, so nothing can keep the end untold."""
+        tell = partial(self._ended.append, True), self._lock.release
+        steps = partial(sys.settrace, threading.gettrace()), self._work, *tell
+        _thread.start_new_thread(exhaust, (map(methodcaller("__call__"), steps),))
+
+    @property
+    def runs(self) -> bool:
+        """False once it has ended, and in a forked child."""
+        return not self._ended and os.getpid() == self._pid
+
+    def join(self) -> None:
+        """Wait until it has ended."""
+        while self.runs and not self._lock.acquire(timeout=_LOOK_S):
+            pass
