@@ -24,6 +24,7 @@ from tests.recordings import check_recording, counts_in_foxglove
 from torsio.apps.commands.live import monitor_table
 from torsio.knob.recording import _DeviceClock
 from torsio.printed.config import Law
+from torsio.trading.sources import options_of
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
@@ -532,3 +533,22 @@ def test_reports_before_a_cable_is_pulled_are_in_the_recording(
     with (tmp_path / "pulled.mcap").open("rb") as stream:
         reports = make_reader(stream).iter_messages(topics=["reports"])
         assert "event" in [json.loads(message.data)["name"] for *_, message in reports]
+
+
+def test_small_file_with_a_long_gap_is_not_replayed(tmp_path: Path) -> None:
+    file = tmp_path / "gap.mcap"
+    options = torsio.EmulatorOptions(log_inputs=False)
+    with torsio.open("emulated", emulator=options) as knob, knob.record_to(file) as recording:
+        knob.play(torsio.Spring(stiffness_nm_per_rad=0.1))
+        knob.arm()
+        later = knob.record(0.1).copy()
+        knob.disarm()
+        knob.stop_telemetry()
+        knob.read(timeout_s=0.0)
+        later["tick"] += np.uint64(400_000_000)
+        later["time_s"] += 400_000.0
+        recording.put(recording.write, [later])
+    with pytest.raises(torsio.Error, match=r"400,\d+,\d+ ticks from \d+ samples"):
+        torsio.replay(file)
+    with pytest.raises(torsio.Error, match="more than an hour"):
+        options_of(file, {})

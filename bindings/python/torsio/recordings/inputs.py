@@ -29,6 +29,10 @@ _REST_S: Final = 1.0
 # As long a scene may have played before the recording for its timed effects to be where they were.
 _LONGEST_REST_S: Final = 600.0
 _FURTHEST_COUNTS: Final = 10_000_000
+# A small file can claim any gap: an hour at the fastest rate, and more if there are samples.
+_MOST_TICKS: Final = 80_000_000
+_MOST_TICKS_PER_SAMPLE: Final = 1000
+_TICKS_AT_ONCE: Final = 65536
 # Where every report that is answered has its sequence number.
 _SEQUENCE: Final = slice(1, 3)
 _REPORTS: Final = {report["name"]: report for report in protocol.reports()}
@@ -67,34 +71,57 @@ def from_telemetry(recorded: Recorded) -> RecordedInputs:
     # A zero that moves before the first sample moves at the end of the way.
     begin = 0 if np.any(zeroed <= first["tick"]) else int(first["position_counts"])
     told = min([int(first["tick"]), *(order.tick for order in orders)])
-    before = _way_there(
-        begin, int(first["tick"]) - told, recorded.metadata["info"]["control_rate_hz"]
+    rate = recorded.metadata["info"]["control_rate_hz"]
+    before = _way_there(begin, int(first["tick"]) - told, rate)
+    behind = int(first["tick"]) - before.length
+    after = _turned(recorded, zeroed)
+    turned = _Turned(
+        np.append(before.ticks, after.ticks - behind),
+        np.append(before.counts, after.counts),
+        after.length - behind,
     )
-    counts = np.append(before, _turned(recorded, zeroed))
-    behind = int(first["tick"]) - len(before)
-    return RecordedInputs(_inputs(recorded, counts, orders, behind), behind)
+    samples = len(recorded.telemetry)
+    if turned.length > _MOST_TICKS + _MOST_TICKS_PER_SAMPLE * samples:
+        raise Error(f"a replay of {turned.length:,} ticks from {samples:,} samples makes no sense")
+    return RecordedInputs(_inputs(recorded, turned, orders, behind), behind)
 
 
-def _way_there(begin: int, told_ticks: int, rate_hz: float) -> npt.NDArray[np.int64]:
+@dataclass(frozen=True)
+class _Turned:
+    """Where the encoder is at some ticks; evenly between them, and at rest behind the last."""
+
+    ticks: npt.NDArray[np.int64]
+    counts: npt.NDArray[np.int64]
+    length: int
+
+    def wire(self, begin: int, end: int, config: ActuatorConfig) -> Iterator[DeviceInput]:
+        """Give the counts of ticks, in pieces, so that neither they nor the answers are many."""
+        for at in range(begin, end, _TICKS_AT_ONCE):
+            every = np.arange(at, min(at + _TICKS_AT_ONCE, end))
+            counts = np.rint(np.interp(every, self.ticks, self.counts)).astype(np.int64)
+            counts = -counts if config.encoder_reversed else counts
+            wire = (counts % (1 << config.counter_bits)).astype("<u4")
+            yield DeviceInput(at, "counts", wire.tobytes())
+
+
+def _way_there(begin: int, told_ticks: int, rate_hz: float) -> _Turned:
     """Rest at angle 0 until the device is configured, turn to where it begins, and rest there.
 
     In that last rest comes what the device was told before the first sample.
     """
     rest = round(_REST_S * rate_hz)
-    way = np.linspace(0, begin, round(abs(begin) * rate_hz / _COUNTS_PER_S) + 2)
-    last_rest = min(max(told_ticks, rest), round(_LONGEST_REST_S * rate_hz))
-    parts = np.zeros(rest), np.rint(way), np.full(last_rest, begin)
-    counts: npt.NDArray[np.int64] = np.concatenate(parts).astype(np.int64)
-    return counts
+    there = rest + round(abs(begin) * rate_hz / _COUNTS_PER_S) + 1
+    last = there + min(max(told_ticks, rest), round(_LONGEST_REST_S * rate_hz))
+    return _Turned(np.array([rest, there, last]), np.array([0, begin, begin]), last + 1)
 
 
-def _turned(recorded: Recorded, zeroed: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Give where the encoder is at every tick from the first sample on, wherever the zero is."""
+def _turned(recorded: Recorded, zeroed: npt.NDArray[np.int64]) -> _Turned:
+    """Give where the encoder is from the first sample on, wherever the zero is."""
     ticks = recorded.telemetry["tick"].astype(np.int64)
     positions = recorded.telemetry["position_counts"]
     # The last samples wait until their report is full.
     last = _SAMPLES_PER_REPORT * (ticks[-1] - ticks[-2:][0])
-    every = np.arange(ticks[0], ticks[-1] + 1 + last)
+    length = int(ticks[-1]) + 1 + int(last)
     zeroed = zeroed[zeroed > ticks[0]]
     firsts = np.searchsorted(ticks, zeroed)
     counts = positions.copy()
@@ -103,12 +130,11 @@ def _turned(recorded: Recorded, zeroed: npt.NDArray[np.int64]) -> npt.NDArray[np
     # Up to there it is taken to rest.
     ticks = np.insert(ticks, firsts, zeroed - 1)
     counts = np.insert(counts, firsts, counts[firsts - 1])
-    turned: npt.NDArray[np.int64] = np.rint(np.interp(every, ticks, counts)).astype(np.int64)
-    return turned
+    return _Turned(ticks, counts, length)
 
 
 def _inputs(
-    recorded: Recorded, counts: npt.NDArray[np.int64], orders: list[_Order], behind: int
+    recorded: Recorded, turned: _Turned, orders: list[_Order], behind: int
 ) -> Iterator[DeviceInput]:
     kept = recorded.metadata["configuration"]
     yield DeviceInput(0, "power", b"\1")
@@ -117,18 +143,16 @@ def _inputs(
         report = _torsio.Knob.encode_config(f"{name}_config", values)
         yield DeviceInput(0, "feature", report)
     actuator = ActuatorConfig(**kept["ActuatorConfig"])
-    counts = -counts if actuator.encoder_reversed else counts
-    wire = (counts % (1 << actuator.counter_bits)).astype("<u4")
     done = 0
     for i, order in enumerate(orders):
         # The device takes one in a tick, also of those before its first.
         until = max(order.tick - behind, i, done)
-        if until >= len(wire):
+        if until >= turned.length:
             break
-        yield DeviceInput(done, "counts", wire[done:until].tobytes())
+        yield from turned.wire(done, until, actuator)
         yield DeviceInput(until, order.kind, order.content)
         done = until
-    yield DeviceInput(done, "counts", wire[done:].tobytes())
+    yield from turned.wire(done, turned.length, actuator)
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ EVERYTHING: Final = PlantParams(
 """The reference actuator with every part."""
 
 _PATH_EVERY_S: Final = 0.01
+_LONGEST_S: Final = 3600.0
 _WAY_S, _WAY_RAD_S = 0.5, 5.0  # to where a path begins: least time, and speed
 _OPTIONS: Final = {field.name for field in fields(LoopOptions)}
 _KNOWN: Final[dict[str, Any]] = {
@@ -142,6 +143,8 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
     if len(rows[0]) < 2:
         lasts_s = armed["time_s"][-1] - armed["time_s"][0]
         raise Error(f"the knob is armed for {lasts_s:.3g} s in the recording: record a whole visit")
+    if armed["time_s"][-1] - armed["time_s"][0] > _LONGEST_S:
+        raise Error("the knob is armed for more than an hour in the recording: record one visit")
     path = np.column_stack([rows[0] - rows[0][0], rows[1]])
     kept = recorded.metadata["configuration"]
     try:
