@@ -535,6 +535,19 @@ def test_reports_before_a_cable_is_pulled_are_in_the_recording(
         assert "event" in [json.loads(message.data)["name"] for *_, message in reports]
 
 
+def test_two_recordings_do_not_share_a_file(knob: torsio.Knob, tmp_path: Path) -> None:
+    file, link = tmp_path / "x.mcap", tmp_path / "link.mcap"
+    link.symlink_to(file)
+    with torsio.open("emulated") as other, knob.record_to(file):
+        for path in (file, link):
+            with pytest.raises(torsio.Error, match=r"another recording is being written to .*mcap"):
+                other.record_to(path)
+        knob.record(0.1)
+    assert len(torsio.load(file).telemetry) >= 100
+    with torsio.open("emulated") as other:
+        other.record_to(file).close()
+
+
 def test_small_file_with_a_long_gap_is_not_replayed(tmp_path: Path) -> None:
     file = tmp_path / "gap.mcap"
     options = torsio.EmulatorOptions(log_inputs=False)

@@ -324,7 +324,7 @@ class Knob(ConfigQuestions):
         Raises
         ------
         Error
-            If one is under way already, or the package mcap is missing.
+            If one is under way already, or to this file, or the package mcap is missing.
         OSError
             If the file cannot be written.
         """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -24,6 +25,9 @@ from torsio.errors import Error, MalformedReport
 from torsio.printed.told import Energies
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
+if sys.platform != "win32":  # which moves no file over an open one
+    import fcntl
+
 __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile", "missing"]
 
 LoggedReport: TypeAlias = tuple[int, bool, bytes]
@@ -33,6 +37,7 @@ LoggedReport: TypeAlias = tuple[int, bool, bytes]
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
+_PLACING: Final = threading.RLock()  # a signal's handler may begin another one
 # Most bytes of telemetry that wait for the disk.
 _MOST_WAITING_BYTES: Final = 64 * 1024 * 1024
 TOPICS: Final = (
@@ -112,10 +117,32 @@ class _Stream:
         self._file.flush()
 
     def close(self) -> None:
+        _lock(self._file, "LOCK_UN")  # a forked child may have it open
         self._file.close()
 
     def go_on(self, path: Path) -> None:
         self._file = path.open("ab")
+        _lock(self._file, "LOCK_EX")
+
+
+def _lock(file: BinaryIO, how: str) -> None:
+    """Lock a file, unless its disk has no locks. Raises `BlockingIOError` if another one has it."""
+    if sys.platform != "win32" and not file.closed:
+        try:
+            fcntl.flock(file, getattr(fcntl, how) | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise
+        except OSError:
+            pass
+
+
+def _check_unwritten(path: Path) -> None:
+    """Raise `Error` if a recording writes this file, here or in another process."""
+    with contextlib.suppress(FileNotFoundError, PermissionError), path.open("rb") as file:
+        try:
+            _lock(file, "LOCK_SH")
+        except BlockingIOError:
+            raise Error(f"another recording is being written to {path}: close it first") from None
 
 
 class RecordingFile:
@@ -163,19 +190,21 @@ class RecordingFile:
         self._is_open = True
         self._worker = Worker(self._work)
         try:
-            with beside(self.path) as place:
-                self._file = _Stream(place)
-                self._writer = Writer(
-                    cast(BinaryIO, self._file),
-                    chunk_size=_CHUNK_BYTES,
-                    compression=CompressionType.ZSTD,
-                )
-                self._begin(metadata)
-                is_beside = place != self.path.resolve()
+            with _PLACING:
+                with beside(self.path) as place:
+                    self._file = _Stream(place)
+                    self._writer = Writer(
+                        cast(BinaryIO, self._file),
+                        chunk_size=_CHUNK_BYTES,
+                        compression=CompressionType.ZSTD,
+                    )
+                    self._begin(metadata)
+                    is_beside = place != self.path.resolve()
+                    if is_beside:
+                        _check_unwritten(self.path)
+                        self._file.close()  # for Windows moves no file that is open
                 if is_beside:
-                    self._file.close()  # for Windows moves no file that is open
-            if is_beside:
-                self._file.go_on(self.path)
+                    self._file.go_on(self.path)
             self._worker.start()
         except BaseException as error:
             self._is_open = False
