@@ -7,6 +7,7 @@ import math
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -255,6 +256,7 @@ def test_demo_that_is_not_as_it_should_be_has_status_1_and_writes_its_files(
         ("torsio.list_devices", ("list",), "torsio: interrupted"),
         ("torsio.open", ("info",), "torsio: interrupted"),
         ("torsio.Knob.health", ("info",), "torsio: interrupted; the knob is disarmed"),
+        ("time.sleep", ("arm",), "torsio: interrupted; the knob is disarmed"),
         # A real knob's prompt
         ("builtins.input", ("demo", "wall"), "torsio: interrupted; the knob is disarmed"),
     ],
@@ -276,6 +278,28 @@ def test_interrupt_has_status_130_and_speaks_of_a_knob_only_if_one_was_open(
     assert result.exit_code == 130
     assert result.stderr == message + "\n"
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("command", "state"), [("info", "armed"), ("arm", "disarmed")])
+def test_interrupt_says_whether_an_autonomous_knob_plays_on(
+    monkeypatch: pytest.MonkeyPatch, command: str, state: str
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def armed(*given: Any, **named: Any) -> torsio.Knob:
+        knob = real(*given, **named)
+        knob.update(autonomous=True)
+        knob.arm()
+        return knob
+
+    real = torsio.open
+    monkeypatch.setattr(torsio, "open", armed)
+    monkeypatch.setattr(torsio.Knob, "health", interrupt)
+    monkeypatch.setattr(time, "sleep", interrupt)
+    result = CliRunner().invoke(app, [command, "--device", "emulated"])
+    assert result.exit_code == 130
+    assert result.stderr == f"torsio: interrupted; the knob is {state}\n"
 
 
 def test_file_that_cannot_be_made_is_named(tmp_path: Path) -> None:

@@ -29,11 +29,16 @@ def arm_command(device: Device = "", seconds: Seconds = None) -> None:
         knob.arm()
         out.print("armed    Ctrl-C ends it")
         end_s = math.inf if seconds is None else time.monotonic() + seconds
-        while (left_s := end_s - time.monotonic()) > 0 and knob.state == "armed":
-            time.sleep(min(left_s, 0.1))
-            if knob.is_emulated:
-                knob.sleep(0.1)
-        if knob.state != "armed":
+        try:
+            while (left_s := end_s - time.monotonic()) > 0 and knob.state == "armed":
+                time.sleep(min(left_s, 0.1))
+                if knob.is_emulated:
+                    knob.sleep(0.1)
+            ended = knob.state != "armed"
+        finally:
+            if knob.state == "armed":
+                knob.disarm()  # closing leaves an autonomous one alone
+        if ended:
             disarm = knob.last_disarm
             why = ", ".join((disarm.reason, *disarm.faults)) if disarm else "unknown"
             raise torsio.Error(f"the torque went: {why}; `torsio doctor` says what to do")

@@ -113,10 +113,9 @@ def opened(
             "permission for one; --device emulated tries the command on an emulated knob"
         )
     options = emulator if selects_emulated(selector) else None
-    is_open = False
+    states: list[str] = []
     try:
-        with torsio.open(selector, emulator=options) as knob:
-            is_open = True
+        with torsio.open(selector, emulator=options) as knob, telling(knob, states):
             if order is not None:
                 order(knob)
             info = knob.info
@@ -128,11 +127,22 @@ def opened(
             line(say, f"knob     {', '.join(who)}")
             yield knob
     except KeyboardInterrupt:
-        if not is_open:
+        if not states:
             raise
-        # Closing has disarmed it.
-        err.print("torsio: interrupted; the knob is disarmed")
+        err.print(f"torsio: interrupted; the knob is {states[-1]}")
         raise typer.Exit(130) from None
+
+
+@contextmanager
+def telling(knob: torsio.Knob, states: list[str]) -> Iterator[None]:
+    """Collect the states of an interrupted knob until it is closed: one may play on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        states.append(knob.state if knob.is_open else "closed")
+        if knob.is_open:
+            knob.on_event(lambda event: states.append(event.state))
+        raise
 
 
 def print_json(value: Any) -> None:
