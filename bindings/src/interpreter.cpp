@@ -16,7 +16,6 @@ namespace torsio::bindings {
 namespace {
 
 constexpr std::chrono::seconds kLastWords{1};
-constexpr int kAttempts = 10;
 
 /// Threads that take or have the lock, and whether any still may. Never destroyed: threads may be
 /// in it for as long as there is a process.

@@ -10,6 +10,9 @@
 
 namespace torsio::bindings {
 
+/// How often what an interrupt ends is called at most, if it must be done.
+inline constexpr int kAttempts = 10;
+
 /// Other threads may run while it lives.
 class Unlocked {
  public:

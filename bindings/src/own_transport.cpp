@@ -83,13 +83,17 @@ class OwnTransport final : public Transport {
     closed_ = true;
     const Locked locked;
     const InTransport inside(*passing_);
-    try {
-      own_.attr("close")();
-    } catch (py::error_already_set& error) {
-      if (!error.matches(PyExc_Exception)) {
+    // An interrupt may have ended it at its first line.
+    for (int attempts_left = kAttempts; attempts_left > 0; --attempts_left) {
+      try {
+        own_.attr("close")();
+        return;
+      } catch (py::error_already_set& error) {
+        if (error.matches(PyExc_Exception)) {
+          error.discard_as_unraisable("torsio.Transport.close");
+          return;
+        }
         passing_->keep(error);
-      } else {
-        error.discard_as_unraisable("torsio.Transport.close");
       }
     }
   }

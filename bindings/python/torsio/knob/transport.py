@@ -24,7 +24,7 @@ class Transport(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the device. Called once, when nobody is in `read` any more.
+        """Let go of the device. Called when nobody is in `read` any more; again if interrupted.
 
         A knob closes after 5 s if `read` does not come back; this is called when it does.
         """
