@@ -75,6 +75,7 @@ class PyKnob {
     }
   }
   void pass_on() const { passing_->pass_on(); }
+  [[nodiscard]] std::weak_ptr<Passing> passing() const { return passing_; }
 
  private:
   /// A hand's function would wait for the step that waits for the function.
@@ -104,8 +105,12 @@ PyKnob open_knob(const py::object& way, const py::object& emulator, double comma
   if (!emulator.is_none()) options.emulator = from_python<EmulatorOptions>(emulator);
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
-  options.interrupted = &check_signals;
   auto passing = std::make_shared<Passing>();
+  options.interrupted = [kept = std::weak_ptr(passing)] {
+    const Locked locked;
+    if (const auto may_throw = kept.lock()) may_throw->pass_on();
+    return check_signals();
+  };
   if (py::isinstance<py::str>(way)) {
     const std::string selector = way.cast<std::string>();
     const Unlocked unlocked;
@@ -148,8 +153,6 @@ py::array as_record(std::vector<TelemetrySample>&& samples) {
   return as_array(std::move(samples));
 }
 
-std::function<void(const Event&)> callback_from_python(const py::object& source);
-
 /// Python's argument where a method takes a T.
 template <class T>
 using Given =
@@ -175,10 +178,8 @@ T take(const Given<T>& given) {
     return scene_from_python(given);
   } else if constexpr (std::is_same_v<T, Hand>) {
     return hand_from_python(given);
-  } else if constexpr (std::is_same_v<T, std::span<const std::uint8_t>>) {
-    return bytes_of(given);
   } else {
-    return callback_from_python(given);
+    return bytes_of(given);
   }
 }
 
@@ -289,16 +290,19 @@ py::array record(const PyKnob& knob, double duration_s, std::optional<double> ra
 
 /// A Python function that C++ may call from any thread and destroy there. Python shows its
 /// exceptions as unraisable, and the next event is told all the same. Ctrl-C goes on to the main
-/// thread.
-std::function<void(const Event&)> callback_from_python(const py::object& source) {
+/// thread, and what else is no Exception to the program's call.
+std::function<void(const Event&)> callback_from_python(const py::object& source,
+                                                       const std::weak_ptr<Passing>& kept) {
   if (source.is_none()) return {};
-  return [callback = keep(source)](const Event& event) {
+  return [callback = keep(source), kept](const Event& event) {
     const Locked locked;
     try {
       (*callback)(to_python(event));
     } catch (py::error_already_set& error) {
       if (error.matches(PyExc_KeyboardInterrupt)) {
         PyErr_SetInterrupt();  // Ctrl-C is for the program, whose main thread gets it next
+      } else if (const auto passing = kept.lock(); passing && !error.matches(PyExc_Exception)) {
+        passing->keep(error);
       } else {
         error.discard_as_unraisable(*callback);
       }
@@ -421,7 +425,12 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
       .def("latest", call(&Knob::latest))
       .def("record", &record)
       .def("events", call(&Knob::events))
-      .def("on_event", call(&Knob::on_event))
+      .def("on_event",
+           [](const PyKnob& self, const py::object& source) {
+             self.run([&, callback = callback_from_python(source, self.passing())] {
+               self->on_event(callback);
+             });
+           })
       .def("last_disarm", call(&Knob::last_disarm))
       .def("sleep", call(&Knob::sleep))
       .def(

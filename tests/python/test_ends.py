@@ -6,12 +6,14 @@ import gc
 import signal
 import subprocess
 import sys
+import time
 import weakref
 from contextlib import suppress
 
 import pytest
 
 import torsio
+from tests.faults.knobs import device
 
 OPEN = """
 import os, signal, sys, threading, time, torsio
@@ -328,3 +330,23 @@ def test_what_a_callback_raises_is_shown_and_ends_nothing(
         knob.disarm()
         knob.on_event(None)
     assert [str(error) for error in shown] == ["of the callback"] * 2
+
+
+@pytest.mark.parametrize("paced", [False, True])
+def test_what_is_no_exception_goes_on_from_a_callback(paced: bool) -> None:
+    def leave(_: torsio.Event) -> None:
+        raise SystemExit(7)
+
+    def use() -> None:
+        with torsio.open(made) as knob:
+            knob.update(watchdog_s=60.0)
+            knob.on_event(leave)
+            knob.arm()
+            knob.sleep(30.0)
+
+    made = device(paced=paced)
+    begin_s = time.monotonic()
+    with pytest.raises(SystemExit, match="7"):
+        use()
+    assert time.monotonic() - begin_s < 20.0
+    assert not made.is_armed
