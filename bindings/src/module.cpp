@@ -12,12 +12,21 @@ void* refuse_without_init(std::size_t) {
   throw py::type_error("the object was made with __new__ alone: call its class");
 }
 
-void refuse_all_without_init(const py::handle& module) {
+py::object refuse_to_pickle(const py::object& self) {
+  throw py::type_error("cannot pickle or copy an object of " +
+                       py::str(py::type::of(self)).cast<std::string>());
+}
+
+void prepare_classes(const py::handle& module) {
   for (const auto& [name, value] : py::dict(module.attr("__dict__"))) {
-    if (PyModule_Check(value.ptr())) refuse_all_without_init(value);
+    if (PyModule_Check(value.ptr())) prepare_classes(value);
     if (!PyType_Check(value.ptr())) continue;
     auto* const info = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr()));
-    if (info != nullptr) info->operator_new = &refuse_without_init;
+    if (info == nullptr) continue;
+    info->operator_new = &refuse_without_init;
+    // Python's own would make an object of pybind11's base class, which ends the process.
+    value.attr("__reduce__") =
+        py::cpp_function(&refuse_to_pickle, py::name("__reduce__"), py::is_method(value));
   }
 }
 
@@ -39,7 +48,7 @@ PYBIND11_MODULE(_torsio_in_main, module) {
   bind_firmware(module);
   bind_watch(module);
   bind_transport(module);
-  refuse_all_without_init(module);
+  prepare_classes(module);
 }
 
 /// Python calls this one. In a sub-interpreter pybind11 hangs before the first line above.

@@ -222,7 +222,7 @@ def _bound_classes(module: ModuleType) -> Iterator[type]:
 
 
 WITHOUT_INIT = """if True:
-    import sys
+    import copy, pickle, sys
     from torsio import _torsio
 
     scope, _, name = sys.argv[1].rpartition(".")
@@ -243,6 +243,15 @@ WITHOUT_INIT = """if True:
             except TypeError:
                 continue
             raise SystemExit(f"{name} did something")
+    for copied in (
+        copy.copy, copy.deepcopy, pickle.dumps, lambda made: pickle.dumps(made, 0), kind.__reduce__
+    ):
+        try:
+            copied(made)
+        except TypeError as error:
+            assert "cannot pickle or copy" in str(error), error
+            continue
+        raise SystemExit(f"{copied} did something")
     del made
     print("done")
 """
