@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <random>
 #include <system_error>
 
 #include "emulator/usbip/options.hpp"
@@ -27,6 +28,7 @@ int write_file(const fs::path& path, const fs::path& like, const device::StoredS
   for (const device::SlotBytes& slot : slots.slot) {
     if (std::fwrite(slot.data(), 1, slot.size(), file) != slot.size()) fault = errno;
   }
+  if (std::fflush(file) != 0 || ::fsync(::fileno(file)) != 0) fault = errno;
   if (std::fclose(file) != 0) fault = errno;
   return fault;
 }
@@ -59,8 +61,10 @@ Storage::Storage(const std::string& path) : path_(path) {
 
 std::string Storage::keep(const device::StoredSlots& slots) {
   if (slots.slot == slots_.slot) return {};
-  // A short name of its own, since the file's may be as long as the system allows.
-  const fs::path beside = path_.parent_path() / (".torsio-" + std::to_string(::getpid()));
+  // A short name of its own, since the file's may be as long as the system allows. In containers
+  // processes have the same numbers.
+  const fs::path beside =
+      path_.parent_path() / (".torsio-" + std::to_string(std::random_device{}()));
   std::error_code failed(write_file(beside, path_, slots), std::generic_category());
   if (!failed) fs::rename(beside, path_, failed);
   if (failed) {

@@ -231,6 +231,9 @@ TEST_CASE("storage that cannot be written stays whole, is told, and is written w
   CHECK(std::filesystem::status(path).permissions() == mode);
   using Files = std::filesystem::directory_iterator;
   CHECK(std::distance(Files(folder.path()), Files()) == 2);  // nothing is left beside
+  // A process of the same number was killed in the middle.
+  std::ofstream(folder.path() + "/.torsio-" + std::to_string(getpid())) << "half";
+  CHECK(linked.keep(old).empty());
 }
 
 TEST_CASE("storage that is there and cannot be read is told, and is no new one") {
