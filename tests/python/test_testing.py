@@ -147,12 +147,13 @@ def test_faults_end_quietly_when_the_knob_is_gone_by_then() -> None:
 def test_virtual_time_is_the_knobs_and_ends_with_its_block() -> None:
     # By itself: any other thread that sleeps would let the knob's time pass too.
     program = """if True:
-    import time
+    import pickle, time
     import torsio
     from torsio import testing
 
     real = time.monotonic, time.perf_counter_ns, time.sleep
     with torsio.open("emulated") as knob, testing.virtual_time(knob):
+        assert pickle.loads(pickle.dumps(time.sleep)) is time.sleep
         begin_s, begin_ns, knob_s = time.monotonic(), time.perf_counter_ns(), knob.emulator.time_s
         time.sleep(20.0)
         passed_s = knob.emulator.time_s - knob_s

@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
+from functools import partial, wraps
 from typing import Any, Final, TypeAlias
 from unittest.mock import patch
 
@@ -373,6 +373,7 @@ def _unless_waiting(virtual: Callable[..., Any], name: str) -> Callable[..., Any
     """Give a function of the module `time` that tells those in `WAITING` the wall's clock."""
     real = _WALL[name]
 
+    @wraps(real)  # to be pickled by its name
     def choose(*arguments: Any) -> Any:
         asks = str(sys._getframe(1).f_globals.get("__name__", ""))
         return (real if asks.partition(".")[0] in WAITING else virtual)(*arguments)
