@@ -8,7 +8,7 @@ from __future__ import annotations
 import random
 import time
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, suppress
 from dataclasses import fields
 from pathlib import Path
@@ -19,6 +19,7 @@ import pytest
 
 import torsio
 from torsio import testing
+from torsio._torsio import all_of
 from torsio.common import checks
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
@@ -184,13 +185,11 @@ class _KeptKnob(torsio.Knob):
         self._options = options
         self.hand = testing.HoldingHand(self)
 
-    def close(self) -> None:
+    @all_of
+    def close(self) -> Iterable[Callable[[], object]]:
         """Take the truth while it is there."""
-        try:
-            self._truth()
-            time.monotonic()  # where time is this knob's, it is told where it ends
-        finally:
-            super().close()
+        # Where time is this knob's, the clock is told where it ends.
+        return (self._truth, time.monotonic, super().close)
 
     def keep(self, path: Path) -> Path:
         """Write all that is known of this knob's life."""
