@@ -147,9 +147,10 @@ def test_result_is_printed_though_its_picture_cannot_be_drawn(
     Path("scene.py").write_text(
         "import torsio\nscene = torsio.Wall(angle_rad=0.3, stiffness_nm_per_rad=2.0)\n"
     )
-    result = CliRunner().invoke(app, [*command.split(), "--json", "--picture", "none/x.png"])
+    Path("x.png").mkdir()
+    result = CliRunner().invoke(app, [*command.split(), "--json", "--picture", "x.png"])
     assert result.exit_code == 1, result.output
-    assert "none/x.png: No such file or directory" in result.stderr
+    assert "x.png: Is a directory" in result.stderr
     assert json.loads(result.stdout)
 
 
