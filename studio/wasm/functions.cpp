@@ -4,6 +4,7 @@
 /// JavaScript has, and whole nanoseconds.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -93,7 +94,9 @@ EXPORTED(swing_warning) const char* swing_warning(std::uint32_t control_period_n
     take(bytes, actuator);
     take(bytes, control);
   }
-  warning = torsio::conversion::swing_warning(scene, actuator, control, control_period_ns);
+  std::atomic<double> rests_nm_per_rad{-1.0};  // parts may be others next time
+  warning = torsio::conversion::swing_warning(scene, actuator, control, control_period_ns,
+                                              rests_nm_per_rad);
   scene.clear();
   return warning.c_str();
 }
