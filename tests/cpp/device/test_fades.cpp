@@ -12,6 +12,25 @@ using torsio::test::GameRig;
 using torsio::test::play;
 using torsio::test::Rig;
 
+TEST_CASE("nobody arms while the torque fades, and the fade goes on") {
+  Rig rig;
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.1F)).ok());
+  play(rig, 0.05F);
+  rig.tick(120);
+  const float held = rig.outputs.motor_command_nm;
+  REQUIRE(held == 0.05F);
+  rig.device->set_connected(false);
+  rig.tick(10);
+  rig.device->set_connected(true);
+  CHECK(rig.command(Op::arm) == Status::busy);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm < held);
+  CHECK(rig.outputs.motor_command_nm > 0.0F);
+  rig.tick(90);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.command(Op::arm) == Status::ok);
+}
+
 TEST_CASE("the motor fades along a line to zero in the configured time, either way") {
   for (const float sign : {1.0F, -1.0F}) {
     Rig rig;
@@ -85,6 +104,23 @@ TEST_CASE("a local model does not survive being disarmed, however that came") {
   }
 }
 
+TEST_CASE("each local model sets the deadline anew, and the last one counts") {
+  Rig rig;
+  REQUIRE(rig.set(at_once(Law::motor_only)).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  LocalModel model;
+  model.torque_nm = 0.02F;
+  model.deadline_s = 0.02F;
+  for (std::uint16_t i = 1; i <= 5; ++i) {
+    model.sequence = i;
+    REQUIRE(rig.device->receive(encode(model)));
+    rig.tick(15);
+    CHECK(rig.state() == State::armed);
+  }
+  rig.tick(8);
+  CHECK(rig.state() == State::disarmed);
+}
+
 TEST_CASE("an encoder of another resolution empties the scene, the same one keeps it") {
   for (const std::uint32_t counts_per_rev : {8192U, 4096U}) {
     Rig rig;
@@ -123,6 +159,85 @@ TEST_CASE("a scene begins softly each time that the device is armed") {
     }
     CHECK(last == 0.05F);
   }
+}
+
+TEST_CASE("arming what is armed is no new beginning") {
+  Rig rig;
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.05F)).ok());
+  play(rig, 0.05F);
+  rig.tick(60);
+  rig.events.clear();
+  CHECK(rig.command(Op::arm) == Status::ok);
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == 0.05F);
+  CHECK(rig.events.empty());
+}
+
+TEST_CASE("disarming what is disarmed, or has a fault, changes nothing") {
+  Rig rig;
+  CHECK(rig.command(Op::disarm) == Status::ok);
+  CHECK(rig.events.empty());
+  rig.inputs.emergency_stop = true;
+  rig.tick(2);
+  CHECK(rig.command(Op::disarm) == Status::ok);
+  CHECK(rig.command(Op::stop) == Status::ok);
+  CHECK(rig.state() == State::fault);
+  CHECK(rig.get<Health>().faults == fault::emergency_stop);
+}
+
+TEST_CASE("any accepted report is a sign of life, a refused one is none") {
+  for (const bool good : {true, false}) {
+    Rig rig;
+    ControlConfig config = at_once(Law::motor_only);
+    config.watchdog_s = 0.05F;
+    REQUIRE(rig.set(config).ok());
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    for (int i = 0; i < 10; ++i) {
+      Constant constant;
+      constant.target.axis = good ? 0 : 1;
+      REQUIRE(rig.device->receive(encode(constant)));
+      rig.tick(40);
+    }
+    CHECK((rig.state() == State::armed) == good);
+  }
+}
+
+TEST_CASE("the watchdog bites in the tick after its time, not before and not much later") {
+  Rig rig;
+  ControlConfig config = at_once(Law::motor_only);
+  config.watchdog_s = 0.05F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  int ticks = 0;
+  while (rig.state() == State::armed) {
+    rig.tick();
+    REQUIRE(++ticks < 100);
+  }
+  CHECK(ticks >= 50);
+  CHECK(ticks <= 53);
+}
+
+TEST_CASE("a host that is late by a fault's length finds the device as it left it") {
+  // Silence while nobody is armed is nothing, however long.
+  Rig rig;
+  ControlConfig config = at_once(Law::motor_only);
+  config.watchdog_s = 0.01F;
+  REQUIRE(rig.set(config).ok());
+  rig.tick(1000);
+  CHECK(rig.command(Op::arm) == Status::ok);
+  rig.tick(5);
+  CHECK(rig.state() == State::armed);
+}
+
+TEST_CASE("time that ticks have missed counts for nobody's deadline twice") {
+  Rig rig;
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.inputs.missed_ticks = 3;
+  rig.tick();
+  rig.inputs.missed_ticks = 0;
+  rig.tick();
+  CHECK(rig.get<Health>().tick_overruns == 3);
+  CHECK(rig.state() == State::armed);
 }
 
 TEST_CASE("an autonomous device says so by playing on; a game on it still needs a bus") {

@@ -98,6 +98,18 @@ TEST_CASE("the way to the bootloader is asked for once") {
   CHECK_FALSE(rig.device->take_bootloader_request());
 }
 
+TEST_CASE("a fault whose cause lasted for some ticks can be cleared at once when it is over") {
+  Rig rig;
+  for (int i = 0; i < 4; ++i) {
+    rig.inputs.encoder_count += 4000;
+    rig.tick();
+  }
+  REQUIRE(rig.state() == State::fault);
+  rig.tick(5);
+  CHECK(rig.command(Op::clear_fault) == Status::ok);
+  CHECK(rig.state() == State::disarmed);
+}
+
 TEST_CASE("a counter that becomes narrower is no jump") {
   Rig rig;
   for (int i = 0; i < 100; ++i) {

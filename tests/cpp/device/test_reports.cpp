@@ -141,6 +141,22 @@ TEST_CASE("effects that were not written again go on, those that were begin anew
   CHECK(rig.outputs.motor_command_nm < 0.2F * middle);  // began anew
 }
 
+TEST_CASE("zero and relax act only while disarmed") {
+  Rig rig;
+  rig.tick();
+  rig.inputs.encoder_count = 100;
+  rig.tick();
+  CHECK(rig.get<Clock>().position_counts == 100);
+  CHECK(rig.command(Op::zero) == Status::ok);
+  CHECK(rig.get<Clock>().position_counts == 0);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  CHECK(rig.command(Op::zero) == Status::not_disarmed);
+  CHECK(rig.command(Op::relax) == Status::not_disarmed);
+  CHECK(rig.command(Op::load_defaults) == Status::not_disarmed);
+  CHECK(rig.command(Op::save) == Status::not_disarmed);
+  CHECK(rig.command(Op::bootloader) == Status::unsupported);
+}
+
 TEST_CASE("configuration is set while disarmed, read back and refused when it makes no sense") {
   Rig rig;
   ActuatorConfig config;

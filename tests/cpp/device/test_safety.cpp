@@ -28,6 +28,20 @@ TEST_CASE("the user's caps hold both torques, whichever way and whatever the law
   }
 }
 
+TEST_CASE("what the actuator can give holds both torques where the user's caps are wider") {
+  for (const float sign : {1.0F, -1.0F}) {
+    Rig rig;
+    ActuatorConfig actuator;
+    actuator.motor_torque_max_nm = 0.015F;
+    actuator.brake_torque_max_nm = 0.025F;
+    REQUIRE(rig.set(actuator).ok());
+    REQUIRE(rig.set(at_once(Law::paper)).ok());
+    play(rig, sign * 0.085F);
+    CHECK(rig.outputs.motor_command_nm == sign * 0.015F);
+    CHECK(rig.outputs.brake_command_nm == 0.025F);
+  }
+}
+
 TEST_CASE("the brake that is held on the way to passive stays within its caps") {
   for (const bool of_user : {true, false}) {
     Rig rig;
@@ -96,6 +110,33 @@ TEST_CASE("turning too fast is a fault either way") {
   }
 }
 
+TEST_CASE("turning fast is no fault without a limit, and none below it") {
+  for (const float limit_rad_s : {0.0F, 40.0F}) {
+    Rig rig;
+    ControlConfig config;
+    config.speed_limit_rad_s = limit_rad_s;
+    REQUIRE(rig.set(config).ok());
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    for (int i = 0; i < 50; ++i) {
+      rig.inputs.encoder_count += 40;  // 30.7 rad/s
+      rig.tick();
+    }
+    CHECK(rig.state() == State::armed);
+  }
+}
+
+TEST_CASE("turning fast with nobody armed is no fault") {
+  Rig rig;
+  ControlConfig config;
+  config.speed_limit_rad_s = 20.0F;
+  REQUIRE(rig.set(config).ok());
+  for (int i = 0; i < 50; ++i) {
+    rig.inputs.encoder_count += 40;
+    rig.tick();
+  }
+  CHECK(rig.state() == State::disarmed);
+}
+
 TEST_CASE("a jump of more than a quarter of a turn is a fault either way, a quarter is none") {
   for (const int sign : {1, -1}) {
     for (const int counts : {2048, 2049}) {
@@ -143,4 +184,20 @@ TEST_CASE("a fault is added to those that are latched, and all are told until th
   CHECK(rig.events.back().state == State::fault);
   CHECK(rig.command(Op::clear_fault) == Status::ok);
   CHECK(rig.get<Health>().faults == 0);
+}
+
+TEST_CASE("a fault that lasts is told once, not in every tick") {
+  Rig rig;
+  rig.inputs.emergency_stop = true;
+  rig.tick(50);
+  CHECK(count(rig, EventKind::state_changed) == 1);
+}
+
+TEST_CASE("clearing what is no fault leaves an armed device as it is") {
+  Rig rig;
+  REQUIRE(rig.set(at_once(Law::motor_only)).ok());
+  play(rig, 0.02F);
+  CHECK(rig.command(Op::clear_fault) == Status::ok);
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.outputs.motor_command_nm == 0.02F);
 }

@@ -1,5 +1,6 @@
 // Limits of a game's effects: the promises of docs/reference/games.md beside the torques
 // themselves.
+#include <algorithm>
 #include <cmath>
 
 #include "device/game/game_rig.hpp"
@@ -10,6 +11,21 @@ using protocol::Op;
 using protocol::Owner;
 using protocol::State;
 using protocol::Status;
+
+TEST_CASE("an effect that is started again is there once") {
+  for (const int type : {kConstant, kSquare}) {
+    GameRig rig;
+    const int block = rig.create(type);
+    rig.set_effect(block);
+    rig.constant(block, 8192);
+    rig.periodic(block, 8192, 0, 0, 1000);
+    for (int n = 0; n < 3; ++n) {
+      rig.start(block);
+      rig.tick(5);
+    }
+    CHECK(rig.outputs.motor_command_nm == about(0.02));
+  }
+}
 
 TEST_CASE("starting another effect is no new arming") {
   GameRig rig;
@@ -132,4 +148,22 @@ TEST_CASE("effects of no strength are no fault") {
   CHECK(rig.state() == State::armed);
   CHECK(rig.get<protocol::Health>().faults == 0);
   CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
+TEST_CASE("full level is what the motor can give, where that is less than the game's torque") {
+  GameRig rig;
+  protocol::ActuatorConfig actuator;
+  actuator.motor_torque_max_nm = 0.02F;
+  REQUIRE(rig.set(actuator).ok());
+  rig.play_constant(16384);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == about(0.01));
+}
+
+TEST_CASE("orders to the interrupt are refused when there is no room") {
+  std::atomic<std::uint32_t> attention{0};
+  const device::game::ForceParams params;
+  device::game::Forces forces(attention, params);
+  for (int i = 0; i < 4; ++i) CHECK(forces.give({}));
+  CHECK_FALSE(forces.give({}));
 }

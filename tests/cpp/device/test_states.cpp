@@ -22,6 +22,26 @@ TEST_CASE("a device boots disarmed and gives no torque before it is armed") {
   CHECK(rig.outputs.brake_command_nm == 0.0F);
 }
 
+TEST_CASE("arming starts softly: no step in torque") {
+  Rig rig;
+  ControlConfig config;
+  config.passive_ramp_s = 0.05F;
+  config.law = Law::motor_only;
+  REQUIRE(rig.set(config).ok());
+  Constant constant;
+  constant.torque_nm = 0.05F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  float last = rig.outputs.motor_command_nm;
+  for (int i = 0; i < 60; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.001F * 0.05F / 50);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK(last == 0.05F);
+}
+
 TEST_CASE("disarm and stop let go along a line of 4 ms; stop forgets the scene") {
   for (const Op op : {Op::disarm, Op::stop}) {
     for (const std::uint32_t period_ns : {1'000'000U, 100'000U}) {
@@ -84,6 +104,23 @@ TEST_CASE("whoever has no soft start wants no soft end either") {
   rig.tick();
   CHECK(rig.outputs.motor_command_nm == 0.0F);
   CHECK_FALSE(rig.outputs.enabled);
+}
+
+TEST_CASE("a fault cuts at once what is being let go of") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);
+  REQUIRE(rig.device->receive(encode(Command{7, 0, Op::disarm})));
+  rig.tick(2);
+  REQUIRE(rig.outputs.enabled);
+  REQUIRE(rig.outputs.motor_command_nm != 0.0F);
+  rig.inputs.emergency_stop = true;
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.state() == State::fault);
+  rig.tick();
+  CHECK(rig.acknowledgements.back().sequence == 7);
+  CHECK(rig.acknowledgements.back().state == State::fault);
 }
 
 TEST_CASE("disarming shortens the fade of a host that was silent, and releases the brake") {
@@ -206,6 +243,51 @@ TEST_CASE("faults cut the torque in the same tick, latch, and clear only without
   CHECK(rig.state() == State::disarmed);
   CHECK(rig.get<Health>().faults == 0);
   CHECK(rig.command(Op::arm) == Status::ok);
+}
+
+TEST_CASE("each cause sets its bit") {
+  {
+    Rig rig;
+    rig.inputs.actuator_fault = true;
+    rig.tick();
+    CHECK(rig.get<Health>().faults == fault::actuator);
+  }
+  {
+    Rig rig;
+    rig.tick();
+    rig.inputs.encoder_count += 3000;  // more than a quarter of a turn in a tick
+    rig.tick();
+    CHECK(rig.get<Health>().faults == fault::encoder);
+  }
+  {
+    Rig rig;
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    rig.inputs.missed_ticks = 20;
+    rig.tick();
+    CHECK(rig.get<Health>().faults == fault::overrun);
+    CHECK(rig.get<Health>().tick_overruns == 20);
+  }
+  {
+    Rig rig;
+    ControlConfig config;
+    config.speed_limit_rad_s = 20.0F;
+    REQUIRE(rig.set(config).ok());
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    for (int i = 0; i < 50; ++i) {
+      rig.inputs.encoder_count += 40;  // 30.7 rad/s
+      rig.tick();
+    }
+    CHECK(rig.get<Health>().faults == fault::over_speed);
+  }
+}
+
+TEST_CASE("missed ticks count as time") {
+  Rig rig;
+  rig.tick(10);
+  rig.inputs.missed_ticks = 5;
+  rig.tick();
+  CHECK(rig.get<Clock>().tick == 16);
+  CHECK(rig.get<Clock>().time_ns == 16'000'000);
 }
 
 TEST_CASE("on its way to the bootloader nobody can arm any more") {
