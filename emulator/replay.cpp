@@ -85,10 +85,11 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   const ControlSetup setup = make_control_setup(options);
   core::ControllerState state;
   state.tick = options.first_tick;
-  const core::Plan plan = core::plan_of(setup.config.controller, &setup.scene);
+  const core::ControllerParams& params = setup.config.controller;
+  core::Plan plan = core::plan_of(params, &setup.scene);
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const core::ControllerOutputs out =
-        core::control(state, setup.config.controller, plan, counts[i]);
+    plan.pipeline = core::pipeline_of(plan, params, state.bound);
+    const core::ControllerOutputs out = core::control(state, params, plan, counts[i]);
     rows[i] = {.position_counts = out.motion.position_counts,
                .speed_rad_s = out.motion.speed_rad_s,
                .desired_torque_nm = out.desired_torque_nm,

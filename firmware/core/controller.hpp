@@ -53,12 +53,13 @@ enum class Pipeline : std::uint8_t {
   bounded,  // the scene by the law calibrated: nothing in it plays in time, no impacts, and the
             // bound knows of no change but the knob's
   full,     // everything
+  once,     // everything, and the next tick chooses anew
 };
 
 /// What plays, and by which pipeline. Made when something changes, followed by every tick.
 struct Plan {
-  Pipeline pipeline = Pipeline::plain;
-  const Scene* scene = nullptr;  // nullptr: none plays
+  Pipeline pipeline = Pipeline::full;  // right for every plan
+  const Scene* scene = nullptr;        // nullptr: none plays
   // The full pipeline alone looks at these: (scene + local) * gain + extra, bounded.
   const LocalModel* local = nullptr;      // nullptr: nothing is streamed
   float gain = 1;                         // 0 to 1, for a soft start
@@ -66,17 +67,35 @@ struct Plan {
   ExcitationState* excitation = nullptr;  // instead of all that, and of the law
   bool impacts = false;                   // the scene has some
   bool bounds = false;                    // the law calibrated, while somebody plays
+
+  /// Whether it is another in each tick.
+  bool passes() const {
+    return gain != 1.0F || local != nullptr || extra != nullptr || excitation != nullptr;
+  }
 };
 
-/// The plan for a scene alone.
+/// The plan for a scene alone, before its pipeline is chosen.
 /// @param scene nullptr: none
 inline Plan plan_of(const ControllerParams& params, const Scene* scene) {
   Plan plan;
   plan.scene = scene;
   plan.impacts = scene != nullptr && has_impacts(*scene);
   plan.bounds = traits(params.partition.law).bounds;
-  if (plan.bounds || plan.impacts || params.shaft.bent()) plan.pipeline = Pipeline::full;
   return plan;
+}
+
+/// The pipeline that does the least of those that do all of the plan, for the next tick.
+inline Pipeline pipeline_of(const Plan& plan, const ControllerParams& params,
+                            const BoundState& bound) {
+  if (plan.passes()) return Pipeline::once;
+  if (plan.impacts) return Pipeline::full;
+  if (!traits(params.partition.law).bounds) {
+    return params.shaft.bent() ? Pipeline::full : Pipeline::plain;
+  }
+  const bool in_time = plan.scene != nullptr && plays_in_time(*plan.scene);
+  if (!plan.bounds || in_time) return Pipeline::full;
+  // A change of the plan has yet to reach the bound.
+  return bound.new_scene || bound.in_time_nm != 0.0F ? Pipeline::once : Pipeline::bounded;
 }
 
 /// The scene's torque for a law that bounds, at the last tick, and its impacts' torque.

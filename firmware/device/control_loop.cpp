@@ -88,11 +88,12 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const other_force = serve_others();
   const bool playing = plays() && host_is_there();
-  const bool changes = choose_torque(playing, other_force);
+  choose_torque(playing, other_force);
   faults_.causes = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   held_back_ = faults_.causes != 0 || !(playing || at_rest());
-  if (held_back_ || changes || lateness_ != 0 || game.awake()) call();
+  const bool passes = plan_.pipeline == core::Pipeline::once;
+  if (held_back_ || passes || lateness_ != 0 || game.awake()) call();
 }
 
 /// Once the controller knows that its commands came to nothing they stay zero by themselves.
@@ -290,56 +291,31 @@ void ControlLoop::begin_fade(Phase phase, std::uint32_t ticks) {
   motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
 }
 
-/// @returns whether each tick decides anew
-bool ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
+void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   // Also while it is let go: it still turns as fast.
   speed_limit_rad_s_ =
       excitation_.on ? config_.excitation_speed_limit_rad_s : config_.speed_limit_rad_s;
-  if (playing && !excitation_.on) return play_scene(other_force);
-  plan_ = core::plan_of(config_.controller, nullptr);
-  plan_.bounds = false;
-  core::release_count(controller_.motion);
-  if (playing) {
-    plan_.pipeline = core::Pipeline::full;
-    plan_.excitation = &excitation_;
+  if (playing && !excitation_.on) {
+    const bool others_alone = other_force != nullptr && owner_ != Owner::sdk;
+    plan_ = core::plan_of(config_.controller, others_alone ? nullptr : scene_);
+    plan_.extra = other_force;
+    if (streams()) plan_.local = &local_model_;
+    if (phase_ == Phase::rising) plan_.gain = rise();
   } else {
-    silent_ticks_left_ = kForever;  // the host that arms is alive
+    plan_ = {};
+    core::release_count(controller_.motion);
+    if (playing) plan_.excitation = &excitation_;
+    if (!playing) silent_ticks_left_ = kForever;  // the host that arms is alive
   }
-  return playing;
+  plan_.pipeline = core::pipeline_of(plan_, config_.controller, controller_.bound);
 }
 
-/// Scene, local model and others, as far as they have risen.
-bool ControlLoop::play_scene(core::ForceSource* other_force) {
-  const bool others_alone = other_force != nullptr && owner_ != Owner::sdk;
-  plan_ = core::plan_of(config_.controller, others_alone ? nullptr : scene_);
-  plan_.extra = other_force;
-  if (streams()) plan_.local = &local_model_;
-  const bool rises = rise();
-  if (rises || streams() || other_force != nullptr) {
-    plan_.pipeline = core::Pipeline::full;
-    return true;
-  }
-  return choose_bounded();
-}
-
-/// The bounded pipeline serves a scene that changes with the knob's motion alone.
-bool ControlLoop::choose_bounded() {
-  if (!plan_.bounds || plan_.impacts) return false;
-  if (scene_ != nullptr && core::plays_in_time(*scene_)) return false;
-  // The first tick after a change still has to tell the bound of it.
-  const core::BoundState& bound = controller_.bound;
-  if (bound.new_scene || bound.in_time_nm != 0.0F) return true;
-  plan_.pipeline = core::Pipeline::bounded;
-  return false;
-}
-
-/// @returns whether the torque comes up, so that it is another in every tick
-bool ControlLoop::rise() {
-  if (phase_ != Phase::rising) return false;
-  plan_.gain = static_cast<float>(config_.passive_ramp_ticks - phase_ticks_left_) /
-               static_cast<float>(config_.passive_ramp_ticks);
+/// @returns how far the torque has come up
+float ControlLoop::rise() {
+  const std::uint32_t all = config_.passive_ramp_ticks;
+  const std::uint32_t gone = all - phase_ticks_left_;
   if (--phase_ticks_left_ == 0) phase_ = Phase::playing;
-  return true;
+  return static_cast<float>(gone) / static_cast<float>(all);
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,

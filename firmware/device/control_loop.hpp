@@ -231,10 +231,8 @@ class ControlLoop {
   void begin_passive(protocol::EventKind why);
   void begin_fade(Phase phase, std::uint32_t ticks);
   bool may_take() const;
-  bool choose_torque(bool playing, core::ForceSource* other_force);
-  bool play_scene(core::ForceSource* other_force);
-  bool choose_bounded();
-  bool rise();
+  void choose_torque(bool playing, core::ForceSource* other_force);
+  float rise();
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();

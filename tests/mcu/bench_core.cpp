@@ -24,6 +24,7 @@ int main() {
   }
   const auto tick = [](std::uint32_t count) {
     core::Plan plan;
+    plan.pipeline = core::Pipeline::plain;
     plan.scene = &scene;
     motor_nm = core::control(state, params, plan, count).motor_command_nm;
   };

@@ -38,8 +38,10 @@ TEST_CASE("a tick follows the equations of the law in their order") {
   // The same recursion in double precision, written from the equations.
   const core::ControllerParams params = reference_actuator();
   const auto scene = wall_at_zero(1.432F);
-  const core::Plan plan = core::plan_of(params, scene.get());
+  core::Plan plan = core::plan_of(params, scene.get());
   core::ControllerState state;
+  plan.pipeline = core::pipeline_of(plan, params, state.bound);
+  CHECK(plan.pipeline == core::Pipeline::plain);
   double brake = 0.0, command = 0.0, spring = 0.0;
   const double per_count = 2.0 * M_PI / 8192.0;
   int count = 0;
@@ -138,4 +140,38 @@ TEST_CASE("the gain scales what the scene and the local model ask for") {
   const core::LocalModel local{0.04F, {}, 0.0F, 0.0F};
   const core::Plan plan{core::Pipeline::full, nullptr, &local, 0.25F};
   CHECK(core::control(state, params, plan, 0).desired_torque_nm == Approx(0.01));
+}
+
+TEST_CASE("each plan takes the pipeline that does no more than the plan needs") {
+  using core::Pipeline;
+  core::ControllerParams params = reference_actuator();
+  const auto wall = wall_at_zero(1.0F);
+  core::Plan plan = core::plan_of(params, wall.get());
+  core::BoundState bound;
+  const auto chosen = [&](const core::Plan& of) { return core::pipeline_of(of, params, bound); };
+  core::Scene knocks;
+  knocks.effect[0] = core::Impact{};
+  knocks.active = 1;
+  const core::LocalModel local;
+  core::ExcitationState excitation;
+  core::Plan other = plan;
+  CHECK(chosen(core::plan_of(params, &knocks)) == Pipeline::full);
+  CHECK(chosen((other.local = &local, other)) == Pipeline::once);
+  CHECK(chosen((other = plan, other.gain = 0.5F, other)) == Pipeline::once);
+  CHECK(chosen((other = plan, other.excitation = &excitation, other)) == Pipeline::once);
+  params.shaft.pieces = 2;
+  CHECK(chosen(plan) == Pipeline::full);
+
+  params = reference_actuator();
+  params.partition.law = core::Law::calibrated;
+  plan = core::plan_of(params, wall.get());
+  CHECK(chosen(plan) == Pipeline::once);  // the scene is new
+  bound.new_scene = false;
+  CHECK(chosen(plan) == Pipeline::bounded);
+  CHECK(chosen({}) == Pipeline::full);  // nobody plays
+  CHECK(chosen(core::plan_of(params, &knocks)) == Pipeline::full);
+  bound.in_time_nm = 0.01F;
+  CHECK(chosen(plan) == Pipeline::once);
+  knocks.effect[0] = core::Constant{};
+  CHECK(chosen(core::plan_of(params, &knocks)) == Pipeline::full);
 }
