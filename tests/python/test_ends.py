@@ -14,6 +14,7 @@ import pytest
 
 import torsio
 from tests.faults.knobs import device
+from torsio.common.worker import Worker
 
 OPEN = """
 import os, signal, sys, threading, time, torsio
@@ -120,6 +121,29 @@ print(kept[-1], knob.is_open)
 """
     )
     assert result.stdout.split() == ["disarmed", "False"], result.stderr
+
+
+def test_watch_that_ends_with_python_waits_for_nobody() -> None:
+    done = run("""
+import time, torsio
+def watching():
+    with torsio.watch(print) as watch:
+        yield watch
+ends_last = watching()
+next(ends_last)
+""")
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_worker_that_raises_has_ended() -> None:
+    def work() -> None:
+        raise MemoryError
+
+    worker = Worker(work)
+    worker.start()
+    worker.join()
+    assert not worker.runs
 
 
 def test_forked_child_with_an_open_knob_ends_and_may_open_its_own() -> None:

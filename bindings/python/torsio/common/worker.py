@@ -6,6 +6,7 @@ import _thread
 import os
 import sys
 import threading
+import weakref
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -28,22 +29,23 @@ class Worker:
     def __init__(self, work: Callable[[], object]) -> None:
         self._work = work
         self._pid = os.getpid()
-        self._ended: list[bool] = []
         self._lock = threading.Lock()
         self._lock.acquire()
+        self._begin: list[deque[Any]] = [deque(maxlen=0)]
+        self._calls = weakref.ref(self._begin[0])
 
     def start(self) -> None:
-        """Start it. No Python runs after the function, so nothing can keep the end untold."""
-        tell = partial(self._ended.append, True), self._lock.release
-        steps = partial(sys.settrace, threading.gettrace()), self._work, *tell
-        _thread.start_new_thread(exhaust, (map(methodcaller("__call__"), steps),))
+        """Start it. The thread alone has its calls, so that it cannot end untold."""
+        steps = partial(sys.settrace, threading.gettrace()), self._work, self._lock.release
+        calls = map(methodcaller("__call__"), steps)
+        _thread.start_new_thread(self._begin.pop().extend, (calls,))
 
     @property
     def runs(self) -> bool:
         """False once it has ended, and in a forked child."""
-        return not self._ended and os.getpid() == self._pid
+        return self._calls() is not None and os.getpid() == self._pid
 
     def join(self) -> None:
-        """Wait until it has ended."""
-        while self.runs and not self._lock.acquire(timeout=_LOOK_S):
+        """Wait until it has ended; where Python ends, threads stand still for ever."""
+        while self.runs and not sys.is_finalizing() and not self._lock.acquire(timeout=_LOOK_S):
             pass
