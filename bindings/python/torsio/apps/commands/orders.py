@@ -26,17 +26,17 @@ def arm_command(device: Device = "", seconds: Seconds = None) -> None:
         line(out, f"at most  {limits_text(limits)}")
         if lacks := missing(knob.info.board, limits):
             line(out, f"missing  {': '.join(lacks)}")
-        knob.arm()
-        out.print("armed    Ctrl-C ends it")
-        end_s = math.inf if seconds is None else time.monotonic() + seconds
         try:
+            knob.arm()
+            out.print("armed    Ctrl-C ends it")
+            end_s = math.inf if seconds is None else time.monotonic() + seconds
             while (left_s := end_s - time.monotonic()) > 0 and knob.state == "armed":
                 time.sleep(min(left_s, 0.1))
                 if knob.is_emulated:
                     knob.sleep(0.1)
             ended = knob.state != "armed"
         finally:
-            if knob.state == "armed":
+            if knob.state != "disconnected":
                 knob.disarm()  # closing leaves an autonomous one alone
         if ended:
             disarm = knob.last_disarm
