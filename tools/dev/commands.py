@@ -125,38 +125,46 @@ def _run_tests(plan: plans.Plan) -> NoReturn:
 
 def _build_tests(plan: plans.Plan) -> None:
     needs = plan.needs
-    # Downloads and the page run beside the rest; the page's compiler is Zig.
     sources = building.FirmwareSources()
-    kernels = building.begin_fetching_kernels() if "kernels" in needs else None
-    wanted = [name for need in _PACKAGES if need in needs for name in _PACKAGES[need]]
+    beside: list[Future[Any]] = []
+    beside += [building.begin_fetching_kernels()] if "kernels" in needs else []
+    wanted = [name for need, names in _PACKAGES.items() if need in needs for name in names]
     coming = environment.begin("tests", "game", *wanted)
     sources.require()
     if "release" in needs:
         building.build_preset("release", sources.tinyusb)
     coming.finish()
-    beside: list[Future[Any]] = []
-    beside += [building.begin_npm("tests/board")] if "firmware" in needs else []
-    beside += [building.begin_studio()] if "page" in needs else []
-    for preset in ("asan-ubsan", "tsan"):
-        if preset in needs:
-            beside.append(later(functools.partial(building.build_preset, preset, sources.tinyusb)))
+    beside += _begin_beside(needs, sources.tinyusb)
     _build_packages(needs, sources.tinyusb)
     # Once for all workers and guests, which otherwise compile every test each. Errors show later.
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     collect = ("--collect-only", "-q", "-p", "no:xdist", *plan.arguments)
     beside += [later(lambda: succeeds(PYTHON, "-m", "pytest", *collect))]
-    if "firmware" in needs:
-        building.build_firmware(sources.sdk, plan.boards)
-        building.build_emulated(plan.boards)
-    if "unguarded" in needs:
-        building.build_unguarded(sources.sdk)
+    _build_firmware(plan, sources.sdk)
     for step in beside:
         step.result()
-    if kernels is not None:
-        kernels.result()
     if "windows games" in needs:
         environment.make_players()
         building.build_windows_games()
+
+
+def _begin_beside(needs: Collection[str], tinyusb: str) -> list[Future[Any]]:
+    """Begin what may run beside the rest: downloads, sanitizers, and the page, by Zig."""
+    beside: list[Future[Any]] = []
+    beside += [building.begin_npm("tests/board")] if "firmware" in needs else []
+    beside += [building.begin_studio()] if "page" in needs else []
+    for preset in ("asan-ubsan", "tsan"):
+        if preset in needs:
+            beside.append(later(functools.partial(building.build_preset, preset, tinyusb)))
+    return beside
+
+
+def _build_firmware(plan: plans.Plan, sdk: str) -> None:
+    if "firmware" in plan.needs:
+        building.build_firmware(sdk, plan.boards)
+        building.build_emulated(plan.boards)
+    if "unguarded" in plan.needs:
+        building.build_unguarded(sdk)
 
 
 def _build_packages(needs: Collection[str], tinyusb: str) -> None:

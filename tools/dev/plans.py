@@ -161,6 +161,10 @@ def plan(words: Sequence[str]) -> Plan:
         return Plan(tuple(dict.fromkeys([*names, *found])), (*_tests(names), *rest))
     if not names and any(word.startswith(("-k", "-m")) for word in rest):
         return Plan(QUICK, (*_tests(QUICK), *rest))
+    return _named_or_changed(names, rest)
+
+
+def _named_or_changed(names: Sequence[str], rest: Sequence[str]) -> Plan:
     digests = {name: GROUPS[name].digest() for name in names or EVERY_CHANGE}
     known = {} if names else with_tools(digests)
     left_out = [name for name, digest in known.items() if stamp_is(_stamp(name), digest)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from torsio.calibration.brake import STAIRS_RAD_S
@@ -61,18 +61,8 @@ def with_doubts(
     others
         What the motor's drive may be as well, each with its estimates from the same runs.
     """
-    added = 0.0 if drive is None else _ADDED_SIGMA * drive.added_kg_m2
-    of_fit = (_bends(parts), {"inertia_kg_m2": added, "knob_inertia_kg_m2": added})
-
-    def doubted(fit: Quantity) -> Quantity:
-        for doubt in of_fit:
-            fit = fit.wider(doubt.get(fit.name, 0.0))
-        sigma = STATED_TOO_WIDE.get(fit.name, 1.0) * fit.standard_uncertainty
-        return replace(fit, standard_uncertainty=sigma).wider(_left_out(fit, LEFT_OUT))
-
-    found = quantities_of(parts, drive, doubted)
-    tables = [] if drive is None else [LEFT_OUT_BY_DRIVE]
-    tables += [] if drive is None or drive.predicts else [LEFT_OUT_BY_SIMPLE_LOOP]
+    found = quantities_of(parts, drive, _of_fit(parts, drive))
+    tables = _tables_of(drive)
     share = 0.0 if circuit is None else circuit.torque_share
     doubts = (
         {} if parts.brake is None else _stairs(found, parts.brake.top_nm),
@@ -85,6 +75,25 @@ def with_doubts(
         found = {name: of.wider(doubt.get(name, 0.0)) for name, of in found.items()}
     of_circuit = {} if circuit is None else {of.name: of for of in circuit.quantities}
     return of_circuit | found, _curve(parts, [LEFT_OUT, *tables], others, share)
+
+
+def _of_fit(parts: Parts, drive: Drive | None) -> Callable[[Quantity], Quantity]:
+    added = 0.0 if drive is None else _ADDED_SIGMA * drive.added_kg_m2
+    of_fit = (_bends(parts), {"inertia_kg_m2": added, "knob_inertia_kg_m2": added})
+
+    def doubted(fit: Quantity) -> Quantity:
+        for doubt in of_fit:
+            fit = fit.wider(doubt.get(fit.name, 0.0))
+        sigma = STATED_TOO_WIDE.get(fit.name, 1.0) * fit.standard_uncertainty
+        return replace(fit, standard_uncertainty=sigma).wider(_left_out(fit, LEFT_OUT))
+
+    return doubted
+
+
+def _tables_of(drive: Drive | None) -> list[_Table]:
+    if drive is None:
+        return []
+    return [LEFT_OUT_BY_DRIVE, *([] if drive.predicts else [LEFT_OUT_BY_SIMPLE_LOOP])]
 
 
 def _curve(

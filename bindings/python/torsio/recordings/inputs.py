@@ -185,13 +185,12 @@ def _orders(recorded: Recorded) -> list[_Order]:
         answer = found.pop(0) if found else None
         if answer is not None:
             tick = answer["tick"]
-            if op in ("disarm", "stop") and _was_armed(recorded, tick - letting_go):
-                tick -= letting_go + 1
+            if op in ("disarm", "stop"):
+                tick = _came(recorded, tick, letting_go)
         elif op == "keep_alive" and guess in busy:
             continue  # any report in that tick keeps it alive
         else:
-            tick = next(tick for tick in count(guess) if tick not in busy)
-            busy.add(tick)
+            tick = _next_free(guess, busy)
         kind: Literal["feature", "output"] = "feature" if name in _FEATURES else "output"
         is_zero = op == "zero" and answer is not None and answer["status"] == 0
         orders.append(_Order(tick, kind, content, is_zero))
@@ -225,7 +224,16 @@ def _sent(recorded: Recorded) -> Iterator[tuple[int, bytes]]:
             yield tick + 1 + between * i // len(sent), content
 
 
-def _was_armed(recorded: Recorded, tick: int) -> bool:
-    """Tell whether the knob was armed just before an order came at a tick."""
-    before = int(np.searchsorted(recorded.telemetry["tick"], tick - 1)) - 1
-    return before >= 0 and bool(recorded.telemetry["flags"][before] & FLAG_STATE_MASK == 1)
+def _next_free(tick: int, busy: set[int]) -> int:
+    """Take the first tick from this one on in which the device took nothing."""
+    free = next(at for at in count(tick) if at not in busy)
+    busy.add(free)
+    return free
+
+
+def _came(recorded: Recorded, answered: int, letting_go: int) -> int:
+    """Give the tick of an order to disarm, from its answer's, which waits for an armed torque."""
+    came = answered - letting_go - 1
+    before = int(np.searchsorted(recorded.telemetry["tick"], came)) - 1
+    armed = before >= 0 and recorded.telemetry["flags"][before] & FLAG_STATE_MASK == 1
+    return came if armed else answered
