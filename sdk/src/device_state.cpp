@@ -1,12 +1,21 @@
 #include "device_state.hpp"
 
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "conversion/reading.hpp"
 #include "protocol_names.hpp"
+#include "torsio/error.hpp"
 
 namespace torsio {
 namespace {
+
+constexpr int kWaitsForArming = 1000;
+constexpr auto kWaitForArming = std::chrono::milliseconds(1);
+
+// Whose order to arm is under way in this thread: a signal's handler may close there.
+thread_local const DeviceState* arms_here = nullptr;  // NOLINT(*-avoid-non-const-global-variables)
 
 State state_of(protocol::State state) { return static_cast<State>(state); }
 static_assert(static_cast<int>(State::fault) == static_cast<int>(protocol::State::fault));
@@ -51,25 +60,47 @@ DeviceState::Order::Order(DeviceState& device, protocol::Op op)
       disarms_(op == protocol::Op::disarm || op == protocol::Op::stop) {
   if (arms_) {
     ++device_.arming_;
+    if (device_.closing_) {
+      --device_.arming_;
+      throw Closed("the knob is being closed; open it again to arm it");
+    }
+    arms_here = &device_;
+    arms_before_ = ++device_.arms_;
+    was_alone_ = device_.arming_ == 1;
     device_.rested_ = false;
-    device_.may_drive_ = true;
+    device_.told_to_arm_ = true;
+  } else {
+    arms_before_ = device_.arms_;
+    was_alone_ = device_.arming_ == 0;
   }
   if (disarms_) ++device_.disarming_;
 }
 
 DeviceState::Order::~Order() {
-  if (arms_) --device_.arming_;
+  if (arms_) {
+    arms_here = nullptr;
+    --device_.arming_;
+  }
   if (disarms_) --device_.disarming_;
 }
 
 void DeviceState::Order::taken() {
   const auto lock = device_.link_.lock();
   if (device_.link_.is_lost()) return;
-  if (disarms_) device_.may_drive_ = false;
+  if (disarms_ && decides()) device_.told_to_arm_ = false;
 }
 
 void DeviceState::Order::refused() {
-  if (arms_) device_.may_drive_ = false;
+  if (arms_ && decides()) device_.told_to_arm_ = false;
+}
+
+bool DeviceState::outlast_arming() const noexcept {
+  const int here = arms_here == this ? 1 : 0;
+  if (arming_ == here) return false;
+  for (int i = 0; arming_ != here && i < kWaitsForArming; ++i) {
+    std::this_thread::sleep_for(kWaitForArming);
+  }
+  return true;
 }
 
 // News of the device -----------------------------------------------------------------------------
@@ -120,7 +151,7 @@ void DeviceState::note(const protocol::Health& health) {
 }
 
 void DeviceState::lose() {
-  if (drives_) may_drive_ = true;
+  if (drives_) told_to_arm_ = true;
   become({State::disconnected, Owner::none, 0, link_.newest_tick()}, DisarmReason::disconnected);
   tell_event("state_changed", 0, link_.newest_tick());
 }

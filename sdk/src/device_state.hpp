@@ -24,7 +24,12 @@ class DeviceState {
   [[nodiscard]] State state();
   /// Armed by the SDK, or told to arm with no answered order to disarm since: what came meanwhile
   /// may be nonsense. False if a game or the dial has it. Takes no lock: the order to disarm waits.
-  [[nodiscard]] bool may_drive() const { return drives_ || (may_drive_ && !is_others_); }
+  [[nodiscard]] bool may_drive() const { return drives_ || (told_to_arm_ && !is_others_); }
+  /// From here on an order to arm throws Closed.
+  void forbid_arming() noexcept { closing_ = true; }
+  /// Waits for orders to arm that other threads have begun, but not for ever. @returns false if
+  /// there are none
+  [[nodiscard]] bool outlast_arming() const noexcept;
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
   /// Takes over what a health report says.
@@ -46,9 +51,14 @@ class DeviceState {
     void refused();
 
    private:
+    /// No order to arm was under way at its begin or has begun since.
+    [[nodiscard]] bool decides() const { return was_alone_ && device_.arms_ == arms_before_; }
+
     DeviceState& device_;
     const bool arms_;
     const bool disarms_;
+    std::uint64_t arms_before_ = 0;
+    bool was_alone_ = false;
   };
 
   // With the link's lock held:
@@ -81,12 +91,14 @@ class DeviceState {
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
 
   Link& link_;
-  std::atomic<int> disarming_{0};       // orders to disarm that are under way
-  std::atomic<int> arming_{0};          // and to arm
-  std::atomic<bool> drives_{false};     // armed, as last heard of, and the SDK owns it
-  std::atomic<bool> is_others_{false};  // armed, and somebody else does
-  std::atomic<bool> rested_{true};      // disarmed at some time since the last order to arm
-  std::atomic<bool> may_drive_{false};  // told to arm; no order to disarm was answered since
+  std::atomic<int> disarming_{0};         // orders to disarm that are under way
+  std::atomic<int> arming_{0};            // and to arm
+  std::atomic<std::uint64_t> arms_{0};    // orders to arm that have begun
+  std::atomic<bool> closing_{false};      // none may begin
+  std::atomic<bool> drives_{false};       // armed, as last heard of, and the SDK owns it
+  std::atomic<bool> is_others_{false};    // armed, and somebody else does
+  std::atomic<bool> rested_{true};        // disarmed at some time since the last order to arm
+  std::atomic<bool> told_to_arm_{false};  // and no order to disarm was answered since
   protocol::Identity identity_;
   State state_ = State::disarmed;
   Owner owner_ = Owner::none;

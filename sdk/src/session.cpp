@@ -33,6 +33,12 @@ bool Session::close(bool disarm_first) noexcept {
 }
 
 void Session::disarm_quietly() noexcept {
+  device.forbid_arming();
+  order_to_disarm();
+  if (device.outlast_arming()) order_to_disarm();
+}
+
+void Session::order_to_disarm() noexcept {
   if (!device.may_drive()) return;
   const Link::Unasked unasked(link);
   const bool was_lost = link.was_lost();

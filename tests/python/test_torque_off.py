@@ -314,3 +314,30 @@ def test_calibration_that_cannot_put_the_configuration_back_says_so() -> None:
     knob = torsio.open("emulated")
     with pytest.raises(torsio.Error, match="ActuatorConfig from before"):
         calibrate(knob, quick=True, progress=lambda _: knob.close())
+
+
+@pytest.mark.parametrize("paced", [False, True])
+def test_thread_that_arms_again_and_again_ends_with_close(paced: bool) -> None:
+    def keep_armed(knob: torsio.Knob, closed: threading.Event) -> None:
+        with suppress(torsio.Closed):
+            while not closed.is_set():
+                if knob.state != "armed":
+                    knob.arm()
+
+    for _ in range(20):
+        made, closed = device(paced=paced), threading.Event()
+        with torsio.open(made) as knob:
+            knob.update(watchdog_s=60.0)
+            threads = [
+                threading.Thread(target=keep_armed, args=(knob, closed), daemon=True)
+                for _ in range(2)
+            ]
+            for thread in threads:
+                thread.start()
+            knob.wait_for("armed", timeout_s=5.0)
+            knob.sleep(0.001)
+        assert not made.is_armed
+        closed.set()
+        for thread in threads:
+            thread.join()
+        assert not made.is_armed

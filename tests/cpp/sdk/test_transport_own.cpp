@@ -83,6 +83,50 @@ class Full final : public WrappedTransport {
   const std::atomic<bool>& is_full_;
 };
 
+/// An order to arm waits in it until the order to disarm has passed; keeps the orders' codes.
+class Slow final : public WrappedTransport {
+ public:
+  struct Orders {
+    std::atomic<bool> arms = false;
+    std::atomic<bool> disarmed = false;
+    std::mutex mutex;
+    std::vector<int> passed;
+  };
+  Slow(std::unique_ptr<Transport> inner, Orders& orders)
+      : WrappedTransport(std::move(inner)), orders_(orders) {}
+  bool write(const ReportBytes& report) override {
+    if (report[0] != 0x10 || report[4] == 0) return WrappedTransport::write(report);
+    if (report[4] == 1) {
+      orders_.arms = true;
+      orders_.disarmed.wait(false);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    const std::lock_guard lock(orders_.mutex);
+    orders_.passed.push_back(report[4]);
+    const bool taken = WrappedTransport::write(report);
+    if (report[4] == 2) {
+      orders_.disarmed = true;
+      orders_.disarmed.notify_all();
+    }
+    return taken;
+  }
+
+ private:
+  Orders& orders_;
+};
+
+/// Returns once the order is in the transport.
+std::thread arm_slowly(Knob& knob, const Slow::Orders& orders) {
+  std::thread arms([&] {
+    try {
+      knob.arm();
+    } catch (const Closed&) {  // NOLINT(bugprone-empty-catch): the answer may come or not
+    }
+  });
+  while (!orders.arms) std::this_thread::yield();
+  return arms;
+}
+
 // A wire of two sockets: one for questions and answers, one for the device's reports. Each message
 // has one size: a question or a result, and a report.
 struct Message {
@@ -254,6 +298,34 @@ TEST_CASE("close says once that a transport had no room for the order to disarm"
     CHECK_FALSE(knob.close());
     CHECK(knob.close());
   }
+}
+
+TEST_CASE("close disarms behind an order to arm that is under way, and lets none begin") {
+  for (const bool is_paced : {false, true}) {
+    CAPTURE(is_paced);
+    OpenOptions device;
+    device.emulator.emplace().paced = is_paced;
+    Slow::Orders orders;
+    Knob knob = Knob::open(std::make_unique<Slow>(open_transport("emulated", device), orders));
+    std::thread arms = arm_slowly(knob, orders);
+    knob.disarm_to_close();
+    CHECK_THROWS_AS(knob.arm(), Closed);
+    CHECK(knob.close());
+    arms.join();
+    CHECK(orders.passed == std::vector{2, 1, 2});
+  }
+}
+
+TEST_CASE("an order to disarm does not hide one to arm that is under way") {
+  Slow::Orders orders;
+  OpenOptions device;
+  device.emulator.emplace().paced = true;
+  Knob knob = Knob::open(std::make_unique<Slow>(open_transport("emulated", device), orders));
+  std::thread arms = arm_slowly(knob, orders);
+  knob.disarm();
+  knob.close();
+  arms.join();
+  CHECK(orders.passed.back() == 2);
 }
 
 TEST_CASE("a knob over a transport that wraps another one plays just the same") {
