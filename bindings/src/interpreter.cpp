@@ -38,9 +38,10 @@ struct Gate {
     return depth;
   }
 
-  /// Returns unless Python ends by another thread: then this one stays here.
+  /// Returns unless Python ends by another thread: then this one stays here, without Python's lock.
   void wait(std::unique_lock<std::mutex>& lock) {
     if (!ending || ender == std::this_thread::get_id()) return;
+    if (PyGILState_Check() != 0) PyEval_SaveThread();
     inside -= depth();
     changed.notify_all();
     changed.wait(lock, [] { return false; });
@@ -87,10 +88,7 @@ struct Inside {
   Inside() {
     Gate& gate = Gate::instance();
     std::unique_lock lock(gate.mutex);
-    if (gate.ending && gate.ender != std::this_thread::get_id()) {
-      PyEval_SaveThread();
-      gate.wait(lock);
-    }
+    gate.wait(lock);
     gate.go_inside(1);
   }
   Inside(const Inside&) = delete;

@@ -51,6 +51,22 @@ for _ in range(4):
     threading.Thread(target=use, daemon=True).start()
 time.sleep(0.2)
 """,
+    "asking": """
+sys.setswitchinterval(10.0)  # who waits for Python's lock has it when Python ends
+def use():
+    while True:
+        try:
+            with torsio.open("emulated") as knob:
+                knob.sleep(100.0)
+        except torsio.Error:
+            pass
+for _ in range(4):
+    threading.Thread(target=use, daemon=True).start()
+time.sleep(0.2)
+end = time.monotonic() + 0.1
+while time.monotonic() < end:
+    pass
+""",
     "closing": """
 sys.setswitchinterval(1e-6)
 def use():
