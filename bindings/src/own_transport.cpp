@@ -29,6 +29,17 @@ struct InTransport {
   const Passing* before = in_transport;
 };
 
+/// @throws Interrupted if asking for the text is interrupted
+std::string text_of(Passing& passing, const py::error_already_set& error) {
+  try {
+    return py::bytes(py::str(error.value()).attr("encode")("utf-8", "backslashreplace"));
+  } catch (py::error_already_set& second) {
+    if (second.matches(PyExc_Exception)) return "it does not say what";
+    passing.keep(second);
+    throw Interrupted("the transport was interrupted");
+  }
+}
+
 /// @throws Disconnected if the call raises it, Interrupted if that is no Exception, else Error with
 ///         what it raises
 template <class Call>
@@ -42,7 +53,7 @@ auto ask(Passing& passing, Call&& call) {
       passing.keep(error);
       throw Interrupted("the transport was interrupted");
     }
-    const std::string text = py::str(error.value()).cast<std::string>();
+    const std::string text = text_of(passing, error);
     if (error.matches(py::module_::import("torsio.errors").attr("Disconnected"))) {
       throw Disconnected(text);
     }

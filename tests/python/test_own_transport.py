@@ -110,11 +110,20 @@ def test_close_without_room_says_so_once(monkeypatch: pytest.MonkeyPatch, is_pac
     assert transport.closed == 1
 
 
+class Speechless(OSError):
+    """Has no text."""
+
+    def __str__(self) -> str:
+        raise ValueError("no text")
+
+
 @pytest.mark.parametrize(
     ("error", "expected", "text"),
     [
         (torsio.Disconnected("the line is down"), torsio.Disconnected, "the line is down"),
         (OSError("no route"), torsio.Disconnected, "OSError: no route"),
+        (OSError("no \udcff"), torsio.Disconnected, r"OSError: no \\udcff"),
+        (Speechless(), torsio.Disconnected, "Speechless: it does not say what"),
     ],
 )
 def test_what_a_transport_raises_is_told(

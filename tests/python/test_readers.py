@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import socket
 import subprocess
 from collections.abc import Callable, Iterator
@@ -89,7 +90,8 @@ def profile(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
 def calibration(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Reader:
     path = folder / "KNOB.json"
     monkeypatch.setattr(keeping, "place_of", lambda _: path)
-    valid = json.dumps({"quantities": {"inertia": 1e-5}, "conditions": {"serial": "KNOB"}})
+    quantity = {"value": 1e-5, "standard_uncertainty": 1e-7}
+    valid = json.dumps({"quantities": {"inertia": quantity}, "conditions": {"serial": "KNOB"}})
     takes = ("nowhere", "nothing", "utf-16", "utf-32")  # nobody has calibrated it
     return Reader(path, valid.encode(), lambda: keeping.kept("KNOB"), takes=takes)
 
@@ -130,7 +132,7 @@ def hand(folder: Path, _: pytest.MonkeyPatch) -> Reader:
 
 def storage(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     path = folder / "flash"
-    takes = ("flipped", "nothing", "nowhere")  # an empty slot, and a file that is to be
+    takes = ("flipped", "null for", "nothing", "nowhere")  # an empty slot, a file that is to be
     return Reader(path, b"\xff" * 1024, lambda: serve("--storage", path), takes=takes)
 
 
@@ -151,7 +153,7 @@ def trade_kept(folder: Path, _: pytest.MonkeyPatch) -> Reader:
     valid = path.read_bytes()
     assert read() == {"cpu_s": 1.0}
     # A line that is torn is made again; so is all where there is no file yet.
-    takes = ("cut off", "nothing", "nowhere", "/dev/null")
+    takes = ("cut off", "null for", "nothing", "nowhere", "/dev/null")
     return Reader(path, valid, lambda: bool(Kept(path)), takes=takes)
 
 
@@ -179,6 +181,7 @@ def contents(valid: bytes) -> Iterator[tuple[str, bytes]]:
     for encoding in ("utf-8-sig", "utf-16", "utf-32"):
         yield encoding, text.encode(encoding)
     yield "latin-1", valid + "ä".encode("latin-1")
+    yield "null for numbers", re.sub(rb"-?\b[0-9][0-9.e-]*", b"null", valid)
     yield "zeros", bytes(5000)
     yield "anything", chance.randbytes(5000)
     for bomb in ("[" * 200_000, '{"a":' * 100_000, "1" * 200_000, "1e999999999", "-", "NaN"):

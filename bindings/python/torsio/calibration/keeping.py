@@ -37,11 +37,17 @@ def kept(serial: str) -> dict[str, Any] | None:
         found = json.loads(text_of(path))
         if not isinstance(found["quantities"], dict) or not isinstance(found["conditions"], dict):
             raise ValueError
+        for quantity in found["quantities"].values():
+            _numbers(quantity)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
         raise Error(f"{path} cannot be read: move it away, and calibrate again") from None
     return dict(found)
+
+
+def _numbers(quantity: dict[str, Any]) -> tuple[float, float]:
+    return float(quantity["value"]), float(quantity["standard_uncertainty"])
 
 
 @dataclass(frozen=True)
@@ -60,15 +66,11 @@ def drifts(before: dict[str, Any], now: Calibration) -> list[Drift]:
     checks.kind("now", now, Calibration, "what calibrate() gave")
     changed = []
     for name, quantity in now.quantities.items():
-        old = before["quantities"].get(name)
-        if old is None:
+        if name not in before["quantities"]:
             continue
-        sigma = math.hypot(quantity.standard_uncertainty, float(old["standard_uncertainty"]))
-        difference = quantity.value - float(old["value"])
-        if abs(difference) > max(3.0 * sigma, 0.05 * abs(float(old["value"]))):
-            changed.append(
-                Drift(
-                    name, float(old["value"]), quantity.value, abs(difference) / max(sigma, 1e-30)
-                )
-            )
+        old, old_uncertainty = _numbers(before["quantities"][name])
+        sigma = math.hypot(quantity.standard_uncertainty, old_uncertainty)
+        difference = abs(quantity.value - old)
+        if difference > max(3.0 * sigma, 0.05 * abs(old)):
+            changed.append(Drift(name, old, quantity.value, difference / max(sigma, 1e-30)))
     return changed
