@@ -51,7 +51,7 @@ for _ in range(4):
     threading.Thread(target=use, daemon=True).start()
 time.sleep(0.2)
 """,
-    "asking": """
+    "waiting": """
 sys.setswitchinterval(10.0)  # who waits for Python's lock has it when Python ends
 def use():
     while True:
