@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import time
@@ -12,12 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
 from torsio.apps.cli import app
-from torsio.apps.commands.calibrate import words_of
+from torsio.apps.commands.calibrate import save, words_of
 from torsio.apps.doctor.examination import missing
 from torsio.calibration import brake, numeric, report, steps
 from torsio.calibration.proposal import certain_assist_nm
@@ -317,6 +319,18 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
     assert calibration.drifts(back, found[0]) == []
     back["quantities"]["coulomb_nm"]["value"] *= 1.3
     assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
+
+
+def test_emulated_knob_says_how_long_its_calibration_is_kept(found: Any, data_folder: Path) -> None:
+    with torsio.open("emulated") as knob:
+        save(knob, found[0], Console(file=(said := io.StringIO()), width=300))
+    path = data_folder / "torsio/calibration/EMULATED.json"
+    assert (
+        said.getvalue()
+        .split(maxsplit=1)[1]
+        .startswith(f"until this command ends, and all that was found in {path}")
+    )
+    assert path.is_file()
 
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:

@@ -472,3 +472,18 @@ def test_every_module_of_the_standard_library_with_a_deadline_is_known() -> None
         and re.search(r"time\.monotonic\(|import monotonic", file.read_text(errors="replace"))
     }
     assert found - none_waits_in_c <= testing.WAITING
+
+
+def test_group_of_xdist_changes_neither_seed_nor_command(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("""
+        import pytest
+        @pytest.mark.xdist_group("a")
+        def test_it(torsio_knob): assert False
+    """)
+    told = []
+    for options in ([], ["-n1", "--dist=loadgroup"]):
+        output = pytester.runpytest_subprocess(*options).stdout.str()
+        told += re.findall(r"seed \d+; again with: pytest .*", output)
+    assert len(told) == 2
+    assert told[0] == told[1]
+    assert told[0].endswith("::test_it'")
