@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,10 +30,11 @@ from torsio.trading.runs import (
     Runs,
     Variant,
     emulated_options,
+    present,
     variants,
 )
 from torsio.trading.sources import options_of
-from torsio.trading.visits import CHOOSE, VERIFY, Difference, Visit, effects_of
+from torsio.trading.visits import CHOOSE, Difference, Visit, effects_of, verifying
 
 __all__ = ["BoardShare", "Row", "Trade", "board_shares", "pasteable", "trade", "trade_loop"]
 
@@ -256,8 +259,8 @@ def trade_loop(
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> Trade:
     """Trade a closed loop, which has all of it; else as `trade`."""
-    count = checks.threads(threads)
-    runs = Runs(options, Kept(None if keep is None else checks.path("keep", keep)), count)
+    kept = Kept(None if keep is None else checks.path("keep", keep))
+    runs = Runs(options, kept, checks.threads(threads))
     if options.scene and not runs.reference(CHOOSE[0])["desired_torque_nm"].any():
         raise Error("the hand never touches the scene: give a hand that does, or another recording")
     tried = variants(options, quick=quick)
@@ -269,26 +272,15 @@ def trade_loop(
     rows = _with_front(
         [_row(one.name, one, runs, *of) for one, of in zip(tried, found, strict=True)]
     )
-    within = [r for r in rows if r.variant.may_be_proposed and r.difference.jnds <= wanted]
     generations = 0 if quick else GENERATIONS
     scene_swings = swings(Variant().of(options), generations)
-    for number, visits in enumerate(VERIFY):
-        on_progress("verifying", number, len(VERIFY))
-        proposal = _choose(within, options)
-        while swings(proposal.variant.of(options), generations) != scene_swings:
-            within.remove(proposal)
-            proposal = _choose(within, options)
-        ((verified, _),) = runs.measure([proposal.variant], visits)
-        device = _on_device(proposal.variant, runs, visits[0])
-        holds = max(verified.jnds, device.difference.jnds) <= wanted
-        if holds or proposal.variant == Variant():
-            break
-        seen = runs.measure([row.variant for row in within], visits)
-        pairs = zip(within, seen, strict=True)
-        within = [r for r, (of, _) in pairs if of.jnds <= wanted and r is not proposal]
-    whole = _on_device(Variant(), runs, VERIFY[0][0])
+
+    def alike(variant: Variant) -> bool:
+        return swings(variant.of(options), generations) == scene_swings
+
+    proposal, verified, device = _proposed(rows, runs, wanted, alike, on_progress)
+    whole = _on_device(Variant(), runs, verifying(0)[0])
     rows += [_in_batch(proposal, runs), *dict.fromkeys((whole, device))]
-    on_progress("verifying", len(VERIFY), len(VERIFY))
     stretched: list[Extreme] = []
     if stretch:
         stretched = extremes(
@@ -348,6 +340,44 @@ def _with_front(rows: list[Row]) -> list[Row]:
     return [replace(row, is_on_front=row.name in front) for row in rows]
 
 
+def _proposed(
+    rows: list[Row],
+    runs: Runs,
+    wanted: float,
+    swings_alike: Callable[[Variant], bool],
+    on_progress: Progress,
+) -> tuple[Row, Difference, Row]:
+    """Give the cheapest row that holds, how it was verified, and how on the device.
+
+    After a failure what leaves out as much is not tried. The rest must be truer, by as much as the
+    verification was worse than the visits before. At last this leaves the reference alone.
+    """
+    errors = {row.variant: row.difference.jnds for row in rows if row.variant.may_be_proposed}
+    within = [row for row in rows if errors.get(row.variant, math.inf) <= wanted]
+    begun = len(within)
+    for number in count():
+        on_progress("verifying", begun - len(within), begun)
+        proposal = _choose(within, runs.options)
+        while not swings_alike(proposal.variant):
+            within.remove(proposal)
+            proposal = _choose(within, runs.options)
+        chosen, visits = proposal.variant, verifying(number)
+        ((verified, _),) = runs.measure([chosen], visits)
+        device = _on_device(chosen, runs, visits[0])
+        worst = max(verified.jnds, device.difference.jnds)
+        if worst <= wanted or chosen == Variant():
+            break
+        within = [row for row in within if not row.variant.leaves_out_all_of(chosen)]
+        if verified.jnds > wanted:
+            others = [row.variant for row in within]
+            for one, (seen, _) in zip(others, runs.measure(others, visits), strict=True):
+                errors[one] = max(errors[one], seen.jnds)
+        allowed = wanted * max(errors[chosen], verified.jnds) / worst
+        within = [row for row in within if errors[row.variant] <= allowed]
+    on_progress("verifying", begun, begun)
+    return proposal, verified, device
+
+
 def _choose(rows: list[Row], options: LoopOptions) -> Row:
     """Give the cheapest row; the first ones are timed again, in turns."""
     first = sorted(rows, key=lambda row: row.cpu_s)[:_TIMED]
@@ -356,9 +386,10 @@ def _choose(rows: list[Row], options: LoopOptions) -> Row:
         for row, so_far in zip(first, times, strict=True):
             so_far.append(_batch_cpu_s(row.variant.of(options), 1, 0.5))
     cpu_s = [min(of) for of in times]
-    # If several cost the same, the smallest.
     same = [row for row, one in zip(first, cpu_s, strict=True) if one <= _SAME * min(cpu_s)]
-    return max(same, key=lambda row: len(row.variant.left_out))
+    parts = {*present(options.plant)}
+    # If several cost the same: the one with the fewest parts, then the truest.
+    return min(same, key=lambda row: (len(parts - {*row.variant.lacks}), row.difference.largest_nm))
 
 
 def _on_device(variant: Variant, runs: Runs, visit: Visit) -> Row:

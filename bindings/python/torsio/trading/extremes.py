@@ -37,7 +37,9 @@ _LADDERS: Final[dict[str, tuple[str, tuple[float, ...]]]] = {
     "less inertia": ("times", (1, 0.5, 0.2, 0.1, 0.01, 1e-3)),
     "more inertia": ("times", (1, 2, 5, 10, 100, 1000)),
     "angle": ("turns", (1, 1e3, 1e6, 1e8, 1e12)),
-    "duration": ("hours", (1, 24, 1000, 1e5)),
+    # A wave's phase errs by ever more. Up to half a turn so does its torque, and one of these times
+    # is at most a twelfth of a turn before that, whatever the wave.
+    "duration": ("hours", tuple(float(f"{0.05 * 1.2**k:.3g}") for k in range(81))),
 }
 _SWINGS: Final = "the knob swings"
 _ONLY: Final = "only the proposal swings", "the proposal does not swing"
@@ -61,6 +63,8 @@ class Extreme:
         The first thing that breaks, and the step; "" and None: nothing breaks.
     is_bounded
         False: `true_to` is the last step that was tried; the options may refuse the next.
+    tried
+        The steps.
     """
 
     quantity: str
@@ -70,6 +74,7 @@ class Extreme:
     breaks: str
     breaks_at: float | None
     is_bounded: bool
+    tried: tuple[float, ...]
 
 
 def extremes(
@@ -107,8 +112,8 @@ def _stretch(
     unstretched: tuple[float, frozenset[str]],
 ) -> Extreme:
     unit, steps = _LADDERS[quantity]
-    true_to = swings_at = breaks_at = last = None
-    breaks, is_true = "", True
+    true_to = swings_at = breaks_at = None
+    breaks, is_true, tried = "", True, list[float]()
     for step in steps:
         try:
             jnds, broken = (
@@ -120,7 +125,7 @@ def _stretch(
             break
         except RuntimeError as failure:
             jnds, broken = math.inf, frozenset({str(failure).partition(";")[0]})
-        last = step
+        tried.append(step)
         is_true = is_true and jnds <= wanted and broken.isdisjoint(_ONLY)
         true_to = step if is_true else true_to
         swings_at = step if swings_at is None and _SWINGS in broken else swings_at
@@ -131,7 +136,8 @@ def _stretch(
             breaks, breaks_at = new[0], step
         if not is_true and (swings_at is not None or not math.isfinite(jnds)):
             break
-    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, true_to != last)
+    bounded = true_to != (tried[-1] if tried else None)
+    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, bounded, tuple(tried))
 
 
 def _at(

@@ -102,6 +102,10 @@ class Variant:
         more = _WITH_SPRING if "spring and brake" in self.left_out else ()
         return self.left_out + more
 
+    def leaves_out_all_of(self, other: Variant) -> bool:
+        """Tell whether it has no part that `other` lacks, and no higher rate."""
+        return {*other.lacks} <= {*self.lacks} and self.rate_hz <= other.rate_hz
+
     @property
     def may_be_proposed(self) -> bool:
         """It is the same knob, simulated with less."""

@@ -21,7 +21,6 @@ from torsio.telemetry import Record
 __all__ = [
     "CHOOSE",
     "PATHS",
-    "VERIFY",
     "Difference",
     "Visit",
     "differ",
@@ -31,6 +30,7 @@ __all__ = [
     "moved",
     "steady_nm",
     "usual_hand",
+    "verifying",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -86,13 +86,16 @@ def moved(hand: Any, change: Callable[[float, float], tuple[float, float]]) -> H
 
 CHOOSE: Final = (Visit(), Visit(0.8, 0.37))
 """Visits that a proposal is chosen by."""
-VERIFY: Final = (
-    (Visit(1.25, 0.71), Visit(0.9, 0.13), Visit(0.65, 0.55)),
-    (Visit(1.15, 0.29), Visit(0.95, 0.83), Visit(0.7, 0.04)),
-    (Visit(1.2, 0.47), Visit(0.85, 0.62), Visit(0.75, 0.91)),
-    (Visit(1.1, 0.21), Visit(0.92, 0.78), Visit(0.68, 0.34)),
-)
-"""Visits that it is verified on; if it fails there, they help to choose the next, and so on."""
+_VERIFY: Final = Visit(1.25, 0.71), Visit(0.9, 0.13), Visit(0.65, 0.55)
+
+
+def verifying(number: int) -> tuple[Visit, ...]:
+    """Give visits to verify a proposal on; each number has its own, and `CHOOSE` none of them."""
+    slower, further = 1.0 - 0.1 * (0.618 * number % 1.0), 0.382 * number
+    return tuple(
+        Visit(round(slower * of.pace, 3), round((of.phase_counts + further) % 1.0, 3))
+        for of in _VERIFY
+    )
 
 
 def effects_of(scene: Scene | None) -> list[Effect]:

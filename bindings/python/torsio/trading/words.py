@@ -80,10 +80,10 @@ def _of_part(name: str, row: Row, reference: Row, found: Trade) -> str:
     costs = f"costs {share:.0f} %" if share >= 1.0 else "costs nothing"
     if name in found.proposal.variant.lacks:
         verdict = "leave it out"
-    elif row.difference.jnds > found.wanted_jnds or name in ("brake", "spring and brake"):
+    elif row.difference.jnds > found.wanted_jnds or share < 1.0:
         verdict = "keep it"
     else:
-        verdict = "keep it beside what is left out" if share >= 1.0 else "keep it"
+        verdict = "keep it beside what is left out"
     what = perception.text(row.difference.jnds)
     return f"{name[0].upper()}{name[1:]} changes what is felt by {what} and {costs}: {verdict}."
 
@@ -112,7 +112,7 @@ def _saves(row: Row, reference: Row) -> str:
 def _of_extreme(one: Any) -> str:
     true = "is true nowhere on this way"
     if one.true_to is not None:
-        beyond = "" if one.is_bounded else ", the last that was tried"
+        beyond = "" if one.is_bounded else f", the last of {len(one.tried)} that were tried"
         true = f"stays true to {one.true_to:g} {one.unit}{beyond}"
     swings = "" if one.swings_at is None else f"; swings at {one.swings_at:g} {one.unit}"
     breaks = ""
@@ -127,6 +127,7 @@ def as_dict(found: Trade) -> dict[str, Any]:
         "wanted_jnds": found.wanted_jnds,
         "holds": found.holds,
         "short_by_jnds": found.short_by_jnds,
+        "swings": found.swings,
         "proposal": _row(found.proposal),
         "options": found.paste(),
         "verified": found.verified.as_dict(),

@@ -12,9 +12,10 @@ from rich.console import Console
 import torsio
 from torsio.closed_loop import LoopOptions
 from torsio.common.drawing import TEXT, headline
-from torsio.common.screen import line
+from torsio.common.screen import line, table
 from torsio.trading.answers import trade_loop
 from torsio.trading.figure import panel
+from torsio.trading.runs import PARTS, Variant
 from torsio.trading.sources import options_of
 from torsio.trading.words import as_dict, lines
 from torsio_studies.common import Results, Study, make_folder
@@ -104,7 +105,26 @@ def _draw(figure: Figure, found: dict[str, Any]) -> None:
 
 
 def show(results: Results, console: Console) -> None:
-    """Print what matters, a scene at a time."""
+    """Print the proposals, then what matters, a scene at a time."""
+    printed = table(
+        "scene", "kept", "left out", "rate", "error, JND", "verified, JND", "saves", words=3
+    )
+    for name, one in results["scenes"].items():
+        rows, found = one["rows"], one["proposal"]
+        alone = {part for row in rows if len(row["left_out"]) == 1 for part in row["left_out"]}
+        lacks = Variant(tuple(found["left_out"])).lacks
+        jnds = [of["largest_jnds"] for of in (found, one["verified"], one["on_device"])]
+        saved = 1.0 - rows[0]["knobs_in_real_time"] / found["knobs_in_real_time"]
+        printed.add_row(
+            name,
+            ", ".join(part for part in PARTS if part in alone.difference({"brake", *lacks})),
+            ", ".join(found["left_out"]) or "nothing",
+            f"{found['rate_hz'] // 1000} kHz",
+            f"{jnds[0]:.2f}",
+            f"{max(jnds[1:]):.2f}",
+            f"{100 * saved:.0f} %",
+        )
+    console.print(printed)
     for name, words in results["words"].items():
         line(console, f"\n{name}")
         for sentence in words:
