@@ -68,6 +68,7 @@ void Plant::make_steppers(const Hand& hand) {
   }
   model_ = std::move(model);
   stepper_ = std::move(stepper);
+  coil_step_share_ = coil_share(step_ns_);
 }
 
 void Plant::set_resistances(double winding_ohm, double coil_ohm) {
@@ -123,13 +124,17 @@ void Plant::follow_coil() {
   coil_arrives_ns_ = state_.time_ns + std::max<std::int64_t>(1, std::llround(1e9 * after_s));
 }
 
+double Plant::coil_share(std::int64_t duration_ns) const {
+  return expm1_of(-(1e-9 * static_cast<double>(duration_ns) / model_.brake_time_constant_s));
+}
+
 void Plant::step_to(std::int64_t time_ns) {
   Stepper& stepper = connected_ ? *stepper_ : *disconnected_;
   const std::int64_t duration_ns = time_ns - state_.time_ns;
   stepper.step(state_, inputs_, duration_ns);
   if (plays() && model_.brake_time_constant_s > 0.0) {
-    const double lags = 1e-9 * static_cast<double>(duration_ns) / model_.brake_time_constant_s;
-    state_.brake_coil_nm += (state_.brake_coil_nm - coil_target_nm_) * expm1_of(-lags);
+    const double share = duration_ns == step_ns_ ? coil_step_share_ : coil_share(duration_ns);
+    state_.brake_coil_nm += (state_.brake_coil_nm - coil_target_nm_) * share;
   }
 }
 

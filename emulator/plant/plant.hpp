@@ -120,6 +120,8 @@ class Plant {
   [[nodiscard]] bool plays() const { return params_.brake_hysteresis && !params_.electrics; }
   /// Where the brake's torque goes, and when its current will be at the end of the play.
   void follow_coil();
+  /// By what share of its way to go the brake's current changes; <= 0.
+  [[nodiscard]] double coil_share(std::int64_t duration_ns) const;
   void step_to(std::int64_t time_ns);
   /// A state with its rigid connections.
   void make_consistent();
@@ -134,10 +136,11 @@ class Plant {
   bool connected_ = true;
   Command command_;
   HeldInputs inputs_{};
-  PlantState state_;          // now
-  PlantState anchor_;         // where the step under way began, if between_ is set
-  bool between_ = false;      // now is neither a grid time nor a change of inputs
-  std::int64_t grid_ns_ = 0;  // the next grid time
+  PlantState state_;              // now
+  PlantState anchor_;             // where the step under way began, if between_ is set
+  bool between_ = false;          // now is neither a grid time nor a change of inputs
+  std::int64_t grid_ns_ = 0;      // the next grid time
+  double coil_step_share_ = 0.0;  // of `step_ns_`: its exponential costs as much as the step
   double coil_target_nm_ = 0.0;
   std::int64_t coil_arrives_ns_ = Profile::kForeverNs;  // at the end of the play
 };
