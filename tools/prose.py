@@ -2,8 +2,7 @@
 
 ``python -m tools.prose`` prints words, words a sentence and the share of long sentences by page.
 Code, printed tables and licences are no words; sentences are counted in the text alone, without
-headings and tables. A page may not get much worse than the table in ``docs/results.md`` has it;
-``--note`` puts today's figures there.
+headings and tables.
 """
 
 from __future__ import annotations
@@ -15,25 +14,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 TREE = Path(__file__).parent.parent
-RESULTS = "docs/results.md"
 LONG = 30  # words
 MAX_MEAN = 15.0
 MAX_LONG_SHARE = 0.05
 MAX_WORDS = 45_000
-SHORT_PAGES = {
-    "README.md": 600,
-    "CONTRIBUTING.md": 1000,
-    "docs/reference/hardware.md": 3000,
-    "docs/explanation/theory.md": 4500,
-}
-MAX_HOW_TO = 450  # a screen
-
-# How much more than its row in the table of results a page may have.
-MORE_WORDS, MORE_SHARE, MORE_MEAN = 30, 0.1, 1.0
-_ROW = re.compile(
-    r"^\| (?:\[[^\]]+\]\(([^)]+)\)|README of docs) \|.*\| ([\d,]+) \| ([\d.]+) \| \d+% \|$", re.M
-)
-
 PRINTED_PAGE = "docs/reference/protocol.md"
 # Printed tables, comments, and the licences of parts by others.
 _PRINTED = re.compile(
@@ -130,12 +114,9 @@ def pages() -> dict[str, Measure]:
 
 
 def complaints(measured: dict[str, Measure]) -> list[str]:
-    """Tell which pages are too long or too hard to read."""
+    """Tell which pages are too hard to read, and whether all are too long."""
     found = []
-    for page, (words, mean, share) in measured.items():
-        most = MAX_HOW_TO if page.startswith("docs/how-to/") else SHORT_PAGES.get(page, MAX_WORDS)
-        if words > most:
-            found.append(f"{page}: {words} words; at most {most}")
+    for page, (_, mean, share) in measured.items():
         if mean > MAX_MEAN:
             found.append(f"{page}: {mean:.1f} words a sentence; at most {MAX_MEAN}")
         if share > MAX_LONG_SHARE:
@@ -149,61 +130,16 @@ def complaints(measured: dict[str, Measure]) -> list[str]:
     return found
 
 
-def _page(link: str | None) -> str:
-    if link is None:
-        return "docs/README.md"  # the site has no page of it
-    return link.removeprefix("../") if link.startswith("../") else f"docs/{link}"
-
-
-def worse(measured: dict[str, Measure], results: str) -> list[str]:
-    """Tell which pages are much longer or harder than the table of results has them."""
-    noted = {
-        _page(row[1]): (int(row[2].replace(",", "")), float(row[3]))
-        for row in _ROW.finditer(results)
-    }
-    found = []
-    for page, (words, mean, _) in measured.items():
-        if page not in noted:
-            found.append(f"{page}: no row in {RESULTS}; add one, then `tools.prose --note`")
-            continue
-        most = noted[page][0] * (1.0 + MORE_SHARE) + MORE_WORDS
-        if words > most or mean > noted[page][1] + MORE_MEAN:
-            found.append(
-                f"{page}: {words} words, {mean:.1f} a sentence; {noted[page][0]} and "
-                f"{noted[page][1]} before: shorten it, or `tools.prose --note` if it must be"
-            )
-    return found
-
-
-def with_notes(measured: dict[str, Measure], results: str) -> str:
-    """Put today's figures into the table of results."""
-
-    def row(found: re.Match[str]) -> str:
-        words, mean, share = measured[_page(found[1])]
-        begin = found[0][: found.start(2) - found.start()]
-        return f"{begin}{words:,} | {mean:.1f} | {share:.0%} |"
-
-    total = f"{sum(page.words for page in measured.values()):,}"
-    results = _ROW.sub(row, results)
-    return re.sub(
-        r"^(\| all, .* \| )[\d,]+( \| [\d.]+ \| \d+% \|)$", rf"\g<1>{total}\2", results, flags=re.M
-    )
-
-
-def main(arguments: list[str]) -> int:
+def main() -> int:
     """Print the table, and what is wrong with it."""
     measured = pages()
-    results = (TREE / RESULTS).read_text(encoding="utf-8")
-    if "--note" in arguments:
-        results = with_notes(measured, results)
-        (TREE / RESULTS).write_text(results, encoding="utf-8")
     for page, (words, mean, share) in measured.items():
         print(f"{page:32} {words:6} words {mean:5.1f} a sentence {share:6.1%} long")
     print(f"{'all':32} {sum(page.words for page in measured.values()):6} words")
-    found = complaints(measured) + worse(measured, results) + riddles() + comments()
+    found = complaints(measured) + riddles() + comments()
     print(*found, sep="\n", end="\n" if found else "")
     return 1 if found else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())
