@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -46,21 +47,10 @@ class BrakeCurve(checks.ShortRepr):
     points: tuple[BrakePoint, ...]
     half_width_nm: float
 
-    def widened(self, other: BrakeCurve) -> BrakeCurve:
-        """Add the difference between both cases to the uncertainty of each point."""
-        points = tuple(
-            replace(one, sigma_nm=math.hypot(one.sigma_nm, one.torque_nm - its.torque_nm))
-            for one, its in zip(self.points, other.points, strict=True)
-        )
-        return replace(self, points=points)
-
-    def with_left_out(self, share: float, least_nm: float) -> BrakeCurve:
-        """Add such a share of each torque to its uncertainty, and so much."""
-        points = tuple(
-            replace(one, sigma_nm=math.hypot(one.sigma_nm, share * one.torque_nm, least_nm))
-            for one in self.points
-        )
-        return replace(self, points=points)
+    def with_sigmas(self, sigmas_nm: Sequence[float]) -> BrakeCurve:
+        """Give it with other uncertainties, one for each point."""
+        both = zip(self.points, sigmas_nm, strict=True)
+        return replace(self, points=tuple(replace(one, sigma_nm=sigma) for one, sigma in both))
 
     def bend(self) -> tuple[float, float, float]:
         """Give where it strays furthest from a straight line through zero.

@@ -32,7 +32,7 @@ _ADDED_SIGMA = 0.2
 # Share of the cogging that is left in the dry friction; and of inertia and viscous friction.
 _OF_COGGING, _OF_BENDS = 2e-3, 8e-4
 # Ends of the names of what is measured in torques of the motor.
-_OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
+_OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain", "brake_curve")
 
 
 def with_doubts(
@@ -45,8 +45,8 @@ def with_doubts(
 ) -> tuple[Quantities, BrakeCurve | None]:
     """Give all quantities and the brake's curve, with all that their fits cannot know.
 
-    Nothing else changes the uncertainty of a quantity after its fit. Each doubt is independent of
-    the fit and of the other doubts, so its square is added:
+    Nothing else changes the uncertainty of a quantity, or of a point of the curve, after its fit.
+    Each doubt is independent of the fit and of the other doubts, so its square is added:
 
     - of a fit: what cogging and a bent shaft leave in it; the inertia that the drive seems to add;
       then what its model leaves out, of which it may have taken a part for chance;
@@ -61,20 +61,25 @@ def with_doubts(
     others
         What the motor's drive may be as well, each with its estimates from the same runs.
     """
-    found = quantities_of(parts, drive, _of_fit(parts, drive))
+    doubted, points = _of_fit(parts, drive), _points(parts)
+    found = quantities_of(parts, drive, doubted) | {
+        name: doubted(of) for name, of in points.items()
+    }
     tables = _tables_of(drive)
     share = 0.0 if circuit is None else circuit.torque_share
     doubts = (
         {} if parts.brake is None else _stairs(found, parts.brake.top_nm),
         of_ticks(found, tick_s),
         *({name: _left_out(of, table) for name, of in found.items()} for table in tables),
-        *(differences(found, quantities_of(its, other)) for other, its in others),
-        {name: share * of.value for name, of in found.items() if name.endswith(_OF_TORQUE)},
+        *(differences(found, quantities_of(its, other) | _points(its)) for other, its in others),
+        {name: share * of.value for name, of in found.items() if of.name.endswith(_OF_TORQUE)},
     )
     for doubt in doubts:
         found = {name: of.wider(doubt.get(name, 0.0)) for name, of in found.items()}
     of_circuit = {} if circuit is None else {of.name: of for of in circuit.quantities}
-    return of_circuit | found, _curve(parts, [LEFT_OUT, *tables], others, share)
+    sigmas = [found.pop(name).standard_uncertainty for name in points]
+    curve = None if parts.brake is None else parts.brake.curve.with_sigmas(sigmas)
+    return of_circuit | found, curve
 
 
 def _of_fit(parts: Parts, drive: Drive | None) -> Callable[[Quantity], Quantity]:
@@ -96,19 +101,13 @@ def _tables_of(drive: Drive | None) -> list[_Table]:
     return [LEFT_OUT_BY_DRIVE, *([] if drive.predicts else [LEFT_OUT_BY_SIMPLE_LOOP])]
 
 
-def _curve(
-    parts: Parts, tables: Sequence[_Table], others: _Others, share: float
-) -> BrakeCurve | None:
-    """Give the brake's curve with the doubts that concern it, in the same order."""
-    if parts.brake is None:
-        return None
-    curve = parts.brake.curve
-    for table in tables:
-        curve = curve.with_left_out(*table.get("brake_curve", (0.0, 0.0)))
-    for _, its in others:
-        if its.brake is not None:
-            curve = curve.widened(its.brake.curve)
-    return curve.with_left_out(share, 0.0)
+def _points(parts: Parts) -> Quantities:
+    """Give the points of the brake's curve as quantities."""
+    points = () if parts.brake is None else parts.brake.curve.points
+    return {
+        f"brake_curve[{i}]": Quantity("brake_curve", of.torque_nm, of.sigma_nm)
+        for i, of in enumerate(points)
+    }
 
 
 def _left_out(quantity: Quantity, table: _Table) -> float:
