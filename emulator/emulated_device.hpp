@@ -71,8 +71,6 @@ class EmulatedDevice {
   protocol::Verdict set_feature(std::span<const std::uint8_t> report);
   [[nodiscard]] protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report) const;
 
-  [[nodiscard]] const UsbLink& link() const { return link_; }
-
   // For a USB stack in place of the cable, which must stay unplugged then: the stack says itself
   // whether the device is connected.
   [[nodiscard]] device::BoardInfo board() const;

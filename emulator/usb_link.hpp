@@ -44,7 +44,6 @@ class UsbLink {
   void set_faults(const LinkFaults& faults);
 
   [[nodiscard]] bool can_write() const { return output_.size() < kOutputQueueReports; }
-  [[nodiscard]] std::uint64_t input_reports_lost() const { return input_reports_lost_; }
 
  private:
   void corrupt(protocol::ReportBytes& report);
@@ -52,7 +51,6 @@ class UsbLink {
   std::deque<protocol::ReportBytes> output_;
   std::deque<protocol::ReportBytes> input_;
   std::size_t input_queue_reports_;
-  std::uint64_t input_reports_lost_ = 0;
   LinkFaults faults_;
   Random random_;
 };

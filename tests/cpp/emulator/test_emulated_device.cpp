@@ -128,13 +128,11 @@ TEST_CASE("link pushes back when its output queue is full and loses nothing") {
   for (std::uint16_t i = 0; i < sent; ++i) CHECK(answers[i].sequence == i);
 }
 
-TEST_CASE("link counts input reports that nobody read in time") {
+TEST_CASE("link keeps as many input reports as its queue holds") {
   EmulatedDevice device({.input_queue_reports = 64});
   send(device, protocol::Stream{1, 0, 1});
   device.advance(1000 * kMs);
-  const std::size_t kept = read_all(device).size();
-  CHECK(kept == 64);
-  CHECK(device.link().input_reports_lost() + kept == doctest::Approx(251).scale(0).epsilon(0.02));
+  CHECK(read_all(device).size() == 64);
 }
 
 TEST_CASE("a plug is pulled in the middle of a span") {
