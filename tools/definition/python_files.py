@@ -208,7 +208,7 @@ def python_configurations() -> str:
         "keeps it.",
         LISTS,
         body,
-        ("CONFIGS", "Config", "Law", *names),
+        ("CONFIGS", "Law", *names),
     )
 
 

@@ -12,7 +12,7 @@ True
 
 from __future__ import annotations
 
-from torsio import _torsio, core, emulator, errors, protocol, telemetry
+from torsio import _torsio, emulator, errors, protocol, telemetry
 from torsio.common.angles import deg
 from torsio.common.notebook import Telemetry
 from torsio.errors import *  # noqa: F403
@@ -108,4 +108,4 @@ __all__ += [
 # Errors and warnings.
 __all__ += errors.__all__
 # Modules that are there without an import of their own.
-__all__ += ["__version__", "core", "emulator", "protocol", "telemetry"]
+__all__ += ["__version__", "emulator", "protocol", "telemetry"]

@@ -19,7 +19,6 @@ __all__ = [
     "ActuatorConfig",
     "BoardConfig",
     "CalibrationConfig",
-    "Config",
     "ControlConfig",
     "GameConfig",
     "Law",
