@@ -5,8 +5,8 @@
 ///
 /// Two contexts call it. `tick()` belongs to the control interrupt; everything else belongs to the
 /// main loop. They talk through single-producer single-consumer rings and a few words that are
-/// written and read whole (docs/explanation/architecture.md, "Two contexts"), so neither ever
-/// waits.
+/// written and read whole (docs/explanation/architecture.md, "Interrupt and main loop"), so neither
+/// ever waits.
 #pragma once
 
 #include <array>
