@@ -184,7 +184,7 @@ RULES = (
     Rule(
         "sdk/conversion",
         "the user's units to the wire's and back, for library and bindings; rules across fields",
-        ("protocol", "device/wiring.hpp", "conversion", "torsio"),
+        ("protocol", "device/config_rules.hpp", "device/wiring.hpp", "conversion", "torsio"),
     ),
     Rule(
         "sdk/src/limits.cpp",

@@ -5,24 +5,24 @@
 #include <optional>
 #include <string>
 
+#include "device/config_rules.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio::conversion {
 
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config) {
   const protocol::ActuatorConfig wire = convert(config);
-  if (wire.brake_torque_min_nm > wire.brake_torque_max_nm) {
-    throw InvalidArgument("brake_torque_min_nm is " + number_text(config.brake_torque_min_nm) +
-                          ", above brake_torque_max_nm, which is " +
-                          number_text(config.brake_torque_max_nm));
-  }
-  if (wire.counter_bits < 32 && wire.counts_per_rev / 2 >= 1U << (wire.counter_bits - 1)) {
+  const protocol::Verdict verdict = device::check_consistent(wire);
+  if (verdict.ok()) return wire;
+  if (verdict.field == protocol::field_index<protocol::ActuatorConfig>("counter_bits")) {
     throw InvalidArgument("counter_bits is " + std::to_string(config.counter_bits) +
                           ", too few for counts_per_rev, which is " +
                           std::to_string(config.counts_per_rev) +
                           ": the counter must not wrap within half a turn");
   }
-  return wire;
+  throw InvalidArgument("brake_torque_min_nm is " + number_text(config.brake_torque_min_nm) +
+                        ", above brake_torque_max_nm, which is " +
+                        number_text(config.brake_torque_max_nm));
 }
 
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config, device::WiringRule rule,
@@ -49,27 +49,23 @@ protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule
 
 protocol::ShaftConfig to_wire(const ShaftConfig& config) {
   const protocol::ShaftConfig wire = convert(config);
-  const std::array knees_rad{wire.knee_1_rad, wire.knee_2_rad, wire.knee_3_rad, wire.knee_4_rad};
-  const std::array stiffnesses{wire.knee_1_nm_per_rad, wire.knee_2_nm_per_rad,
-                               wire.knee_3_nm_per_rad, wire.knee_4_nm_per_rad};
-  for (std::size_t i = 0; i < knees_rad.size(); ++i) {
-    if (knees_rad[i] == 0.0F) continue;
-    const std::string knee = "knee_" + std::to_string(i + 1);
-    if (i > 0 && knees_rad[i] <= knees_rad[i - 1]) {
-      throw InvalidArgument(knee + "_rad is " + number_text(knees_rad[i]) +
-                            ", not beyond the knee before it, which is at " +
-                            number_text(knees_rad[i - 1]));
-    }
-    if (i > 0 && knees_rad[i - 1] == 0.0F) {
-      throw InvalidArgument(knee + "_rad is " + number_text(knees_rad[i]) +
-                            ", but there is no knee before it: give knee_" + std::to_string(i) +
-                            "_rad first");
-    }
-    if (stiffnesses[i] == 0.0F) {
-      throw InvalidArgument(knee + "_nm_per_rad is 0: the torque must grow beyond a knee");
-    }
+  const protocol::Verdict verdict = device::check_consistent(wire);
+  if (verdict.ok()) return wire;
+  const std::string field(protocol::field_name<protocol::ShaftConfig>(verdict.field));
+  if (field.ends_with("_nm_per_rad")) {
+    throw InvalidArgument(field + " is 0: the torque must grow beyond a knee");
   }
-  return wire;
+  // A twist is refused for the knee before it.
+  const std::array knees_rad{wire.knee_1_rad, wire.knee_2_rad, wire.knee_3_rad, wire.knee_4_rad};
+  const std::size_t before =
+      (verdict.field - protocol::field_index<protocol::ShaftConfig>("knee_2_rad")) / 2U;
+  const std::string is = field + " is " + number_text(knees_rad[before + 1]);
+  if (knees_rad[before] == 0.0F) {
+    throw InvalidArgument(is + ", but there is no knee before it: give knee_" +
+                          std::to_string(before + 1) + "_rad first");
+  }
+  throw InvalidArgument(is + ", not beyond the knee before it, which is at " +
+                        number_text(knees_rad[before]));
 }
 
 }  // namespace torsio::conversion
