@@ -16,6 +16,7 @@ import typer
 from typer.testing import CliRunner
 
 import torsio
+from tests.faults.knobs import device
 from torsio.apps.cli import app
 from torsio.apps.commands import other as other_commands
 from torsio.demos import wall
@@ -300,6 +301,37 @@ def test_interrupt_says_whether_an_autonomous_knob_plays_on(
     result = CliRunner().invoke(app, [command, "--device", "emulated"])
     assert result.exit_code == 130
     assert result.stderr == f"torsio: interrupted; the knob is {state}\n"
+
+
+@pytest.mark.parametrize(
+    ("interrupted", "arguments"),
+    [("Knob.health", ("info",)), ("Knob.faults", ("arm",)), ("Knob.telemetry", ("demo", "wall"))],
+)
+def test_interrupted_command_orders_before_it_asks(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    interrupted: str,
+    arguments: tuple[str, ...],
+) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        knob.arm()
+        monkeypatch.setattr(torsio.Knob, "state", property(ask))
+        raise KeyboardInterrupt
+
+    def ask(_: torsio.Knob) -> str:
+        armed.append(made.is_armed)
+        return "disarmed"
+
+    armed: list[bool] = []
+    made = device(paced=False)
+    knob = torsio.open(made)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(torsio, "open", lambda *_, **__: knob)
+    monkeypatch.setattr(time, "sleep", interrupt)
+    monkeypatch.setattr(f"torsio.{interrupted}", interrupt)
+    assert CliRunner().invoke(app, arguments, input="\n").exit_code == 130
+    assert armed
+    assert not any(armed)
 
 
 def test_file_that_cannot_be_made_is_named(tmp_path: Path) -> None:

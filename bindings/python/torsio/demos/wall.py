@@ -219,14 +219,17 @@ def run(knob: Knob, on_progress: Callable[[float], None] = lambda _: None) -> Wa
 @_torsio.all_of
 def _end(knob: Knob, before: ControlConfig) -> Iterable[Callable[[], object]]:
     """Stop, and configure the knob as before."""
-    if knob.is_open and knob.state == "disconnected":
-        return ()  # it forgets unsaved values
-    return partial(_stop, knob), partial(put_back, knob, before, "the demonstration")
+    return partial(_stop, knob), partial(_restore, knob, before)
 
 
 def _stop(knob: Knob) -> None:
     with suppress(Error):  # or it cannot be put back, which is told
         knob.stop()
+
+
+def _restore(knob: Knob, before: ControlConfig) -> None:
+    if not knob.is_open or knob.state != "disconnected":  # which forgets unsaved values
+        put_back(knob, before, "the demonstration")
 
 
 def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -36,7 +37,7 @@ def arm_command(device: Device = "", seconds: Seconds = None) -> None:
                     knob.sleep(0.1)
             ended = knob.state != "armed"
         finally:
-            if knob.state != "disconnected":
+            with suppress(torsio.Disconnected):
                 knob.disarm()  # closing leaves an autonomous one alone
         if ended:
             disarm = knob.last_disarm

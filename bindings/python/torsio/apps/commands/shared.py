@@ -135,13 +135,12 @@ def opened(
 
 @contextmanager
 def telling(knob: torsio.Knob, states: list[str]) -> Iterator[None]:
-    """Collect the states of an interrupted knob until it is closed: one may play on."""
+    """Collect the state in which an interrupted knob is left: one may play on."""
     try:
         yield
     except KeyboardInterrupt:
+        knob._knob.disarm_to_close()  # before anything that may fail
         states.append(knob.state if knob.is_open else "closed")
-        if knob.is_open:
-            knob.on_event(lambda event: states.append(event.state))
         raise
 
 
