@@ -68,7 +68,6 @@ class PyKnob {
     }
   }
   void pass_on() const { passing_->pass_on(); }
-  [[nodiscard]] std::weak_ptr<Passing> passing() const { return passing_; }
 
  private:
   /// A hand's function would wait for the step that waits for the function.

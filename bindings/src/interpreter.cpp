@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -164,8 +165,19 @@ Locked::~Locked() {
 
 bool check_signals() {
   const Locked locked;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  if (Py_MakePendingCalls() != 0) throw py::error_already_set();
   return false;
+}
+
+bool raise_in_main_thread(const py::error_already_set& error) {
+  auto kept = std::make_unique<py::error_already_set>(error);
+  const auto raise = [](void* given) {
+    std::unique_ptr<py::error_already_set>(static_cast<py::error_already_set*>(given))->restore();
+    return -1;
+  };
+  if (Py_AddPendingCall(raise, kept.get()) != 0) return false;
+  static_cast<void>(kept.release());
+  return true;
 }
 
 void watch_interpreter() {

@@ -37,9 +37,14 @@ class Locked {
   PyGILState_STATE state_;
 };
 
-/// For `interrupted`: runs Python's signal handlers, and never says so itself.
+/// For `interrupted`: in the main thread runs Python's signal handlers and what waits for this
+/// thread, and never says so itself.
 /// @throws what they raise (KeyboardInterrupt), which ends the waiting call
 bool check_signals();
+
+/// Has the main thread raise it next, as Python does with what a signal's handler raises.
+/// @returns false if too many wait
+bool raise_in_main_thread(const pybind11::error_already_set& error);
 
 /// Turns a Python function that gives steps into one that does them. It does each step even if
 /// another raises, and Ctrl-C cannot leave one out.

@@ -11,8 +11,8 @@
 
 namespace torsio::bindings {
 
-/// An exception of a Python transport or callback that is no Exception, such as KeyboardInterrupt.
-/// It goes on to the program as it is. Used with the interpreter's lock.
+/// An exception of a Python transport that is no Exception, such as KeyboardInterrupt. It goes on
+/// to the program as it is. Used with the interpreter's lock.
 class Passing {
  public:
   void keep(pybind11::error_already_set& error) { error_.emplace(error); }

@@ -39,12 +39,8 @@ PyKnob open_knob(const py::object& way, const py::object& emulator, double comma
   if (!emulator.is_none()) options.emulator = from_python<EmulatorOptions>(emulator);
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
+  options.interrupted = &check_signals;
   auto passing = std::make_shared<Passing>();
-  options.interrupted = [kept = std::weak_ptr(passing)] {
-    const Locked locked;
-    if (const auto may_throw = kept.lock()) may_throw->pass_on();
-    return check_signals();
-  };
   if (py::isinstance<py::str>(way)) {
     const std::string selector = way.cast<std::string>();
     const Unlocked unlocked;
@@ -128,21 +124,18 @@ py::array record(const PyKnob& knob, double duration_s, std::optional<double> ra
 }
 
 /// A Python function that C++ may call from any thread and destroy there. Python shows its
-/// exceptions as unraisable, and the next event is told all the same. Ctrl-C goes on to the main
-/// thread, and what else is no Exception to the program's call.
-std::function<void(const Event&)> callback_from_python(const py::object& source,
-                                                       const std::weak_ptr<Passing>& kept) {
+/// exceptions as unraisable, and the next event is told all the same. What is no Exception goes on
+/// in the main thread, as from a signal's handler.
+std::function<void(const Event&)> callback_from_python(const py::object& source) {
   if (source.is_none()) return {};
-  return [callback = keep(source), kept](const Event& event) {
+  return [callback = keep(source)](const Event& event) {
     const Locked locked;
     try {
       (*callback)(to_python(event));
     } catch (py::error_already_set& error) {
       if (error.matches(PyExc_KeyboardInterrupt)) {
-        PyErr_SetInterrupt();  // Ctrl-C is for the program, whose main thread gets it next
-      } else if (const auto passing = kept.lock(); passing && !error.matches(PyExc_Exception)) {
-        passing->keep(error);
-      } else {
+        PyErr_SetInterrupt();  // which wakes asyncio's loop too
+      } else if (error.matches(PyExc_Exception) || !raise_in_main_thread(error)) {
         error.discard_as_unraisable(*callback);
       }
     }
@@ -266,9 +259,7 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
       .def("events", call(&Knob::events))
       .def("on_event",
            [](const PyKnob& self, const py::object& source) {
-             self.run([&, callback = callback_from_python(source, self.passing())] {
-               self->on_event(callback);
-             });
+             self.run([&, callback = callback_from_python(source)] { self->on_event(callback); });
            })
       .def("last_disarm", call(&Knob::last_disarm))
       .def("sleep", call(&Knob::sleep))

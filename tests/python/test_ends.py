@@ -6,6 +6,7 @@ import gc
 import signal
 import subprocess
 import sys
+import threading
 import time
 import weakref
 from contextlib import suppress
@@ -373,20 +374,38 @@ def test_what_a_callback_raises_is_shown_and_ends_nothing(
 
 
 @pytest.mark.parametrize("paced", [False, True])
-def test_what_is_no_exception_goes_on_from_a_callback(paced: bool) -> None:
+@pytest.mark.parametrize("in_thread", [False, True])
+def test_what_is_no_exception_goes_on_from_a_callback_to_the_main_thread(
+    in_thread: bool, paced: bool
+) -> None:
     def leave(_: torsio.Event) -> None:
+        knob.on_event(None)
         raise SystemExit(7)
 
     def use() -> None:
-        with torsio.open(made) as knob:
-            knob.update(watchdog_s=60.0)
-            knob.on_event(leave)
-            knob.arm()
-            knob.sleep(30.0)
+        knob.arm()
+        knob.sleep(30.0)
+
+    def keep() -> None:
+        try:
+            use()
+        except BaseException as error:
+            ended.append(error)
+
+    def run() -> None:
+        knob.update(watchdog_s=60.0)
+        knob.on_event(leave)
+        if not in_thread:
+            use()
+        threading.Thread(target=keep, daemon=True).start()
+        while time.monotonic() - begin_s < 10.0:
+            pass
 
     made = device(paced=paced)
+    ended: list[BaseException] = []
     begin_s = time.monotonic()
-    with pytest.raises(SystemExit, match="7"):
-        use()
-    assert time.monotonic() - begin_s < 20.0
+    with torsio.open(made) as knob, pytest.raises(SystemExit, match="7"):
+        run()
+    assert time.monotonic() - begin_s < 10.0
     assert not made.is_armed
+    assert not any(isinstance(error, SystemExit) for error in ended)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from typing import Any
@@ -103,6 +104,20 @@ def test_what_the_function_raises_is_told_and_time_goes_on_without_a_torque() ->
             except torsio.Error:
                 continue
         assert knob.emulator.truth()["hand_torque_nm"][-1] == 0.01
+
+
+@pytest.mark.parametrize(("paced", "ends"), [(False, SystemExit), (True, torsio.Disconnected)])
+def test_exit_of_the_function_ends_the_call_or_the_world_of_its_own(
+    paced: bool, ends: type[BaseException]
+) -> None:
+    def torque_nm(time_s: float, *_: float) -> float:
+        if time_s > 0.1:
+            sys.exit(7)
+        return 0.0
+
+    hand = torsio.FeedbackHand(torque_nm=torque_nm)
+    with open_knob(hand, paced=paced) as knob, pytest.raises(ends, match="7"):
+        knob.sleep(5.0)
 
 
 def test_an_answer_that_is_no_number_is_refused() -> None:

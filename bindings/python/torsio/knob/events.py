@@ -47,8 +47,8 @@ class KnobEvents:
 
         One after the other: from a thread of the knob, or, in virtual time, from the thread that
         lets time pass. The callback may use the knob. Its exceptions go to `sys.unraisablehook`,
-        and the next event is told all the same. What is no `Exception`, such as `SystemExit`, ends
-        the program's call.
+        and the next event is told all the same. What is no `Exception`, such as `SystemExit`, goes
+        on in the main thread.
         """
         told = tell(callback)
         self._told = told
