@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
+import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -15,9 +19,11 @@ from websockets.typing import Origin
 
 import torsio
 import torsio.studio
+from tests.faults.lines import Injection
 from tests.python import wire
 from tests.python.game import CONSTANT, Game
 from tests.studio.browser import PAGE, opened, served, settled, state_is
+from torsio.studio.server import Server
 from torsio.studio.watching import Watch
 
 WRITE, INPUT, GET, SET, GOT, STALLED, HAVE = 0, 1, 2, 3, 4, 5, 7
@@ -95,6 +101,31 @@ def test_onlookers_get_what_the_program_gets_and_each_the_same(
             assert values["state"] in ("disarmed", "armed")
     # Pages that go take nothing with them.
     assert knob.state == "armed"
+
+
+def test_close_waits_for_the_server_also_after_an_interrupted_close(
+    knob: torsio.Knob, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(server: Server) -> None:
+        real(server)
+        time.sleep(0.1)
+        done.set()
+
+    (tmp_path / "index.html").touch()
+    real, done = Server.run, threading.Event()
+    monkeypatch.setattr(Server, "run", run)
+    for at in itertools.count():
+        done.clear()
+        watch, injection = (
+            torsio.studio.watch(knob, page=tmp_path),
+            Injection(at, KeyboardInterrupt),
+        )
+        with contextlib.suppress(KeyboardInterrupt), injection.active():
+            watch.close()
+        watch.close()
+        assert done.is_set(), injection.where
+        if injection.where is None:
+            break
 
 
 @pytest.mark.parametrize("kind", [WRITE, SET])

@@ -16,6 +16,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 from torsio import _torsio
+from torsio.common.worker import Worker
 from torsio.errors import Error, Timeout
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand
 from torsio.protocol import decode, encode
@@ -198,8 +199,8 @@ class Bridge:
         self._waiting = Waiting()
         self._under_way = asyncio.Semaphore(MESSAGES_UNDER_WAY)
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._read, name="torsio-studio", daemon=True)
-        self._thread.start()
+        self._worker = Worker(self._read)
+        self._worker.start()
 
     def close(self) -> None:
         """Disarm the device and let go of it."""
@@ -211,7 +212,7 @@ class Bridge:
                     time.sleep(1e-3)
         finally:
             self._closed.set()
-            self._thread.join()
+            self._worker.join()
             self._transport.close()
 
     def _read(self) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Awaitable, Callable
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from starlette.websockets import WebSocket
 
 from torsio import _torsio
+from torsio.common.worker import Worker
 from torsio.errors import Closed, Error
 from torsio.knob import Knob
 from torsio.studio.bridge import (
@@ -86,9 +88,9 @@ class Watch:
             ready.set()
 
         self._server = Server({"knob": self._connect}, page, port, told)
-        self._thread = threading.Thread(target=self._run, args=(ready,), daemon=True)
+        self._worker = Worker(partial(self._run, ready))
         self._failed = False
-        self._thread.start()
+        self._worker.start()
         ready.wait()
         if self._failed:
             raise Error(f"port {port} of this machine is in use; choose another")
@@ -111,7 +113,7 @@ class Watch:
     def close(self) -> None:
         """End it; pages say that the connection is gone."""
         self._server.should_exit = True
-        self._thread.join()
+        self._worker.join()
 
     def __enter__(self) -> Watch:
         """Give the watch itself."""
