@@ -23,6 +23,7 @@
 
 #include "emulator/plant/exact/chain.hpp"
 #include "emulator/plant/exact/ladder.hpp"
+#include "emulator/plant/exact/switched_plant.hpp"
 #include "emulator/plant/exact/taylor.hpp"
 
 namespace torsio::emulator {
@@ -52,23 +53,6 @@ class ExactStepper final : public Stepper {
   /// The ladder of the present regime, made when it is met for the first time.
   [[nodiscard]] std::span<Rung<kShafts>> ladder();
 
-  /// Rest until friction lets go or catches: of its torque, or of the speed.
-  [[nodiscard]] double knob_room(const Vector& z) const {
-    if (regime_.knob != Slip::held) return sign_of(regime_.knob) * z[C::kSpeed];
-    return z[C::kCoulomb] - std::abs(chain_.knob_demand(z, regime_));
-  }
-  [[nodiscard]] double brake_room(const Vector& z) const
-    requires(kShafts > 1)
-  {
-    if (regime_.brake != Slip::held) return sign_of(regime_.brake) * z[C::kLast];
-    return chain_.capacity(z) - std::abs(chain_.brake_demand(z, regime_));
-  }
-  [[nodiscard]] bool driven() const { return !kPlain && driven_; }
-  [[nodiscard]] bool pieces() const { return !kPlain && pieces_; }
-  [[nodiscard]] const SpringPiece& spring_piece() const {
-    return model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
-  }
-
   /// Takes the first of `rungs` if that certainly holds no event; if it does not, reach_ tells how
   /// much of it is worth another try.
   [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs, Vector& z);
@@ -89,19 +73,7 @@ class ExactStepper final : public Stepper {
   /// Goes along the Taylor series for `step_s`, or up to the first event.
   [[nodiscard]] Outcome creep(double step_s);
 
-  /// Changes the regime as the event has it.
-  void take(Event event);
-  void turn_knob();
-  void turn_brake();
-  void pass_knee(int pieces);
-  void pass_cogging(int pieces);
-  [[nodiscard]] Slip knob_at_rest(const Vector& z) const;
-  [[nodiscard]] Slip brake_at_rest(const Vector& z) const;
-
-  PlantModel model_;
-  Chain<kShafts> chain_;
-  bool driven_;  // the knob is on a prescribed path
-  bool pieces_;  // something is linear in pieces only
+  SwitchedPlant<kShafts, kPlain> plant_;
   std::size_t rungs_;
   std::int64_t step_ns_;
   std::int64_t cells_;                  // of a whole step
@@ -111,10 +83,6 @@ class ExactStepper final : public Stepper {
 
   // State of the present step:
   Vector z_{};
-  Regime regime_;
-  // The ends of the cogging's piece:
-  double travel_low_ = -std::numeric_limits<double>::infinity();
-  double travel_high_ = std::numeric_limits<double>::infinity();
   // State of the last rung tried:
   double reach_ = 1.0;     // the share of it that is free of events
   bool crossing_ = false;  // its end is beyond an event
@@ -123,32 +91,21 @@ class ExactStepper final : public Stepper {
 
 template <int kShafts, bool kPlain>
 ExactStepper<kShafts, kPlain>::ExactStepper(PlantModel model, std::int64_t step_ns)
-    : model_(std::move(model)),
-      chain_(model_),
-      driven_(model_.knob_is_driven()),
-      pieces_(model_.shaft_spring.size() > 1 || !model_.cogging_nm.empty()),
-      step_ns_(step_ns) {
-  const Cells whole = cells_of_step(chain_, step_ns);
+    : plant_(std::move(model)), step_ns_(step_ns) {
+  const Cells whole = cells_of_step(plant_.chain, step_ns);
   rungs_ = whole.rungs;
   cells_ = whole.count;
   cell_s_ = whole.length_s;
   longest_ns_ = cells_ == cells_of(0) ? step_ns : 0;
-  const std::size_t pieces = std::max<std::size_t>(1, model_.cogging_nm.size());
-  const std::size_t regimes = pieces * std::max<std::size_t>(1, model_.shaft_spring.size()) * 9;
-  ladders_.resize(regimes * (rungs_ + kFiner));
+  ladders_.resize(plant_.regimes() * (rungs_ + kFiner));
 }
 
 template <int kShafts, bool kPlain>
 [[gnu::always_inline]] inline std::span<Rung<kShafts>> ExactStepper<kShafts, kPlain>::ladder() {
-  int regime = 3 * static_cast<int>(regime_.knob) + static_cast<int>(regime_.brake) + 4;
-  if (pieces()) {
-    const int springs = static_cast<int>(std::max<std::size_t>(1, model_.shaft_spring.size()));
-    regime += 9 * (regime_.cogging.index * springs + regime_.spring_piece);
-  }
   const std::size_t length = rungs_ + kFiner;
-  const std::span rungs{&ladders_[static_cast<std::size_t>(regime) * length], length};
+  const std::span rungs{&ladders_[plant_.regime_index() * length], length};
   if (rungs[0].step_s == 0.0) [[unlikely]] {
-    build_ladder<kShafts>(chain_, regime_, cell_s_ / kSamples, rungs);
+    build_ladder<kShafts>(plant_.chain, plant_.regime, cell_s_ / kSamples, rungs);
   }
   return rungs;
 }
@@ -158,34 +115,35 @@ template <int kShafts, bool kPlain>
                                                                        const PlantState& state,
                                                                        const HeldInputs& inputs) {
   stalled_ = 0;
-  if (pieces() && !model_.cogging_nm.empty()) {
-    regime_.cogging = cogging_at(model_, state.knob_angle);
-    travel_low_ = regime_.cogging.begin_rad;
-    travel_high_ = regime_.cogging.end_rad;
+  if (plant_.pieces() && !plant_.model.cogging_nm.empty()) {
+    plant_.regime.cogging = cogging_at(plant_.model, state.knob_angle);
+    plant_.travel_low = plant_.regime.cogging.begin_rad;
+    plant_.travel_high = plant_.regime.cogging.end_rad;
   }
-  const HandForce hand = hand_force(model_, state, inputs);
-  z[C::kForce] =
-      inputs.motor_command_nm + hand.force_nm + (pieces() ? regime_.cogging.torque_nm : 0.0);
+  const HandForce hand = hand_force(plant_.model, state, inputs);
+  z[C::kForce] = inputs.motor_command_nm + hand.force_nm +
+                 (plant_.pieces() ? plant_.regime.cogging.torque_nm : 0.0);
   z[C::kSlope] = hand.slope_nm_per_s;
-  z[C::kCoulomb] = model_.knob_coulomb_nm;
+  z[C::kCoulomb] = plant_.model.knob_coulomb_nm;
   z[C::kTravel] = 0.0;
-  z[C::kMotorGap] = chain_.motor_rate > 0.0 ? state.motor_torque_nm - inputs.motor_command_nm : 0.0;
+  z[C::kMotorGap] =
+      plant_.chain.motor_rate > 0.0 ? state.motor_torque_nm - inputs.motor_command_nm : 0.0;
   unrolled<kShafts>([&](auto i) { z[C::kSpeed + i] = state.speed_rad_s[i]; });
   if constexpr (kShafts > 1) {
     unrolled<C::kSprings>([&](auto i) { z[C::kTwist + i] = state.twist_rad[i]; });
-    if (pieces()) {
-      regime_.spring_piece = spring_piece_at(model_, state.twist_rad[0]);
-      z[C::kTwist] -= spring_piece().rest_rad;
+    if (plant_.pieces()) {
+      plant_.regime.spring_piece = spring_piece_at(plant_.model, state.twist_rad[0]);
+      z[C::kTwist] -= plant_.spring_piece().rest_rad;
     }
-    z[C::kCapacity] = state.brake_target_nm + model_.brake_drag_nm;
+    z[C::kCapacity] = state.brake_target_nm + plant_.model.brake_drag_nm;
     z[C::kBrakeGap] =
-        chain_.brake_rate > 0.0 ? state.brake_magnetic_nm - state.brake_target_nm : 0.0;
+        plant_.chain.brake_rate > 0.0 ? state.brake_magnetic_nm - state.brake_target_nm : 0.0;
     const double speed = z[C::kLast];
-    regime_.brake = speed == 0.0 ? brake_at_rest(z) : direction_of(speed);
+    plant_.regime.brake = speed == 0.0 ? plant_.brake_at_rest(z) : direction_of(speed);
   }
-  if (!driven()) {
+  if (!plant_.driven()) {
     const double speed = z[C::kSpeed];
-    regime_.knob = speed == 0.0 ? knob_at_rest(z) : direction_of(speed);
+    plant_.regime.knob = speed == 0.0 ? plant_.knob_at_rest(z) : direction_of(speed);
   }
 }
 
@@ -199,36 +157,19 @@ template <int kShafts, bool kPlain>
       [&](auto i) { state.speed_rad_s[i] = z[C::kSpeed + std::min<std::size_t>(i, kShafts - 1)]; });
   if constexpr (kShafts > 1) {
     unrolled<C::kSprings>([&](auto i) { state.twist_rad[i] = z[C::kTwist + i]; });
-    if (pieces()) state.twist_rad[0] += spring_piece().rest_rad;
+    if (plant_.pieces()) state.twist_rad[0] += plant_.spring_piece().rest_rad;
     state.brake_magnetic_nm = state.brake_target_nm + settled(z[C::kBrakeGap]);
   }
-}
-
-template <int kShafts, bool kPlain>
-Slip ExactStepper<kShafts, kPlain>::knob_at_rest(const Vector& z) const {
-  const double demand = chain_.knob_demand(z, regime_);
-  if (std::abs(demand) <= z[C::kCoulomb]) return Slip::held;
-  return direction_of(demand);
-}
-
-template <int kShafts, bool kPlain>
-Slip ExactStepper<kShafts, kPlain>::brake_at_rest(const Vector& z) const {
-  if constexpr (kShafts > 1) {
-    const double demand = chain_.brake_demand(z, regime_);
-    if (std::abs(demand) <= chain_.capacity(z)) return Slip::held;
-    return direction_of(demand);
-  }
-  return Slip::held;
 }
 
 template <int kShafts, bool kPlain>
 [[gnu::always_inline]] inline bool ExactStepper<kShafts, kPlain>::climb(
     std::span<Rung<kShafts>> rungs, Vector& z) {
   if (!rungs[0].bends_known) [[unlikely]]
-    find_bends<kShafts>(chain_, regime_, rungs);
+    find_bends<kShafts>(plant_.chain, plant_.regime, rungs);
   if constexpr (kShafts == 2) {
-    const bool knob = regime_.knob != Slip::held || driven();
-    if (regime_.brake == Slip::held) {
+    const bool knob = plant_.regime.knob != Slip::held || plant_.driven();
+    if (plant_.regime.brake == Slip::held) {
       return knob ? climb_with<Moving{true, false}>(rungs[0], z)
                   : climb_with<Moving{false, false}>(rungs[0], z);
     }
@@ -242,8 +183,8 @@ template <int kShafts, bool kPlain>
 template <Moving kMoving>
 [[gnu::always_inline]] inline bool ExactStepper<kShafts, kPlain>::climb_with(
     const Rung<kShafts>& rung, Vector& z) {
-  const auto drive = chain_.drives(z, regime_);
-  const Vector next = advanced<kShafts, kMoving>(chain_, regime_, rung, z, drive);
+  const auto drive = plant_.chain.drives(z, plant_.regime);
+  const Vector next = advanced<kShafts, kMoving>(plant_.chain, plant_.regime, rung, z, drive);
   bool certain = true;
   reach_ = 1.0;
   crossing_ = false;
@@ -262,20 +203,21 @@ template <Moving kMoving>
   };
   using Column = typename Rung<kShafts>::Column;
   const Pair friction_bends = bends_of<kShafts, kMoving>(&Column::friction_bend, rung, drive);
-  if (!driven()) look(knob_room(z), knob_room(next), friction_bends[kKnob]);
-  if constexpr (kShafts > 1) look(brake_room(z), brake_room(next), friction_bends[kBrake]);
-  if (pieces()) {
+  if (!plant_.driven()) look(plant_.knob_room(z), plant_.knob_room(next), friction_bends[kKnob]);
+  if constexpr (kShafts > 1)
+    look(plant_.brake_room(z), plant_.brake_room(next), friction_bends[kBrake]);
+  if (plant_.pieces()) {
     const Pair bends = bends_of<kShafts, kMoving>(&Column::piece_bend, rung, drive);
     if constexpr (kShafts > 1) {
-      const SpringPiece& piece = spring_piece();
+      const SpringPiece& piece = plant_.spring_piece();
       const double begin = z[C::kTwist] + piece.rest_rad;
       const double end = next[C::kTwist] + piece.rest_rad;
       look(begin - piece.begin_rad, end - piece.begin_rad, bends[kTwisted]);
       look(piece.end_rad - begin, piece.end_rad - end, bends[kTwisted]);
     }
     const double bend = bends[kTravelled];
-    look(z[C::kTravel] - travel_low_, next[C::kTravel] - travel_low_, bend);
-    look(travel_high_ - z[C::kTravel], travel_high_ - next[C::kTravel], bend);
+    look(z[C::kTravel] - plant_.travel_low, next[C::kTravel] - plant_.travel_low, bend);
+    look(plant_.travel_high - z[C::kTravel], plant_.travel_high - next[C::kTravel], bend);
   }
   if (!certain) return false;
   unrolled<C::kVarying>([&](auto i) { z[i] = next[i]; });
@@ -291,75 +233,17 @@ typename ExactStepper<kShafts, kPlain>::Outcome ExactStepper<kShafts, kPlain>::c
     // contradiction is gone a moment later.
     stalled_ = 0;
     const double moment_s = 1e-6 * step_s;
-    z_ = value_at<kShafts>(taylor_series(chain_, z_, regime_, moment_s), 1.0);
+    z_ = value_at<kShafts>(taylor_series(plant_.chain, z_, plant_.regime, moment_s), 1.0);
     return {moment_s, Event::none};
   }
 
-  const auto series = taylor_series(chain_, z_, regime_, step_s);
-  EventSearch<kShafts> search(chain_, regime_, series);
-  search.look_at_friction(driven(), step_s);
-  if (pieces()) search.look_at_pieces(travel_low_, travel_high_);
+  const auto series = taylor_series(plant_.chain, z_, plant_.regime, step_s);
+  EventSearch<kShafts> search(plant_.chain, plant_.regime, series);
+  search.look_at_friction(plant_.driven(), step_s);
+  if (plant_.pieces()) search.look_at_pieces(plant_.travel_low, plant_.travel_high);
   z_ = value_at<kShafts>(series, search.until());
   const double share = search.event() == Event::none ? 1.0 : search.until();
   return {share * step_s, search.event()};
-}
-
-template <int kShafts, bool kPlain>
-void ExactStepper<kShafts, kPlain>::take(Event event) {
-  switch (event) {
-    case Event::none:
-      break;
-    case Event::knob:
-      return turn_knob();
-    case Event::brake:
-      return turn_brake();
-    case Event::twist_low:
-      return pass_knee(-1);
-    case Event::twist_high:
-      return pass_knee(1);
-    case Event::travel_low:
-      return pass_cogging(-1);
-    case Event::travel_high:
-      return pass_cogging(1);
-  }
-}
-
-/// Friction lets go of the knob or catches it, and likewise the brake.
-template <int kShafts, bool kPlain>
-void ExactStepper<kShafts, kPlain>::turn_knob() {
-  if (regime_.knob == Slip::held) {
-    regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
-  } else {
-    z_[C::kSpeed] = 0.0;
-    regime_.knob = knob_at_rest(z_);
-  }
-}
-
-template <int kShafts, bool kPlain>
-void ExactStepper<kShafts, kPlain>::turn_brake() {
-  if constexpr (kShafts > 1) {
-    if (regime_.brake == Slip::held) {
-      regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
-    } else {
-      z_[C::kLast] = 0.0;
-      regime_.brake = brake_at_rest(z_);
-    }
-  }
-}
-
-template <int kShafts, bool kPlain>
-void ExactStepper<kShafts, kPlain>::pass_knee(int pieces) {
-  const double twist = z_[C::kTwist] + spring_piece().rest_rad;
-  regime_.spring_piece += pieces;
-  z_[C::kTwist] = twist - spring_piece().rest_rad;
-}
-
-template <int kShafts, bool kPlain>
-void ExactStepper<kShafts, kPlain>::pass_cogging(int pieces) {
-  const double border = pieces > 0 ? travel_high_ : travel_low_;
-  regime_.cogging = neighbour(model_, regime_.cogging, pieces);
-  travel_low_ = border + regime_.cogging.begin_rad;
-  travel_high_ = border + regime_.cogging.end_rad;
 }
 
 template <int kShafts, bool kPlain>
@@ -369,7 +253,7 @@ void ExactStepper<kShafts, kPlain>::creep_through(double rest_s) {
     rest_s -= outcome.elapsed_s;
     if (outcome.event == Event::none) continue;
     stalled_ = outcome.elapsed_s > 1e-6 * cell_s_ ? 0 : stalled_ + 1;
-    take(outcome.event);
+    plant_.take(outcome.event, z_);
   }
 }
 
