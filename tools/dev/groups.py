@@ -165,7 +165,7 @@ GROUPS = {
         ("release", "languages", "python"),
         (
             *(*_LIBRARIES, "examples", "docs/reference/c.md", "docs/reference/cpp.md", "tools"),
-            *("tests/python/cpp_headers.py", "tests/pages.py"),
+            "tests/pages.py",
         ),
     ),
     "board": Group(
