@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Final
@@ -111,33 +111,57 @@ def _stretch(
     generations: int,
     unstretched: tuple[float, frozenset[str]],
 ) -> Extreme:
+    unit, _ = _LADDERS[quantity]
+    climbed = list(_climb(quantity, options, proposal, wanted, generations, unstretched))
+    tried = tuple(step for step, _, _ in climbed)
+    true_to = next((step for step, is_true, _ in reversed(climbed) if is_true), None)
+    swings_at = next((step for step, _, broken in climbed if _SWINGS in broken), None)
+    # What the scene does unstretched does not break.
+    news = ((step, broken - unstretched[1]) for step, _, broken in climbed)
+    breaks_at, breaks = next(((step, min(new)) for step, new in news if new), (None, ""))
+    bounded = true_to != (tried[-1] if tried else None)
+    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, bounded, tried)
+
+
+def _climb(
+    quantity: str,
+    options: LoopOptions,
+    proposal: Variant,
+    wanted: float,
+    generations: int,
+    unstretched: tuple[float, frozenset[str]],
+) -> Iterator[tuple[float, bool, frozenset[str]]]:
+    """Give each step, whether the proposal is true up to there, and what is the matter.
+
+    Ends where the options do, and where it only gets worse.
+    """
     unit, steps = _LADDERS[quantity]
-    true_to = swings_at = breaks_at = None
-    breaks, is_true, tried = "", True, list[float]()
+    is_true, swings = True, False
     for step in steps:
-        try:
-            jnds, broken = (
-                unstretched
-                if step == 1 and unit == "times"
-                else _at(quantity, step, options, proposal, generations)
-            )
-        except (Error, ValueError):  # the options' own limits
-            break
-        except RuntimeError as failure:
-            jnds, broken = math.inf, frozenset({str(failure).partition(";")[0]})
-        tried.append(step)
+        found = unstretched if step == 1 and unit == "times" else None
+        found = found or _outcome(quantity, step, options, proposal, generations)
+        if found is None:
+            return
+        jnds, broken = found
         is_true = is_true and jnds <= wanted and broken.isdisjoint(_ONLY)
-        true_to = step if is_true else true_to
-        swings_at = step if swings_at is None and _SWINGS in broken else swings_at
+        swings = swings or _SWINGS in broken
         if wanted < jnds < math.inf:
             broken |= {f"the error is {perception.text(jnds)}"}
-        # What the scene does unstretched does not break.
-        if breaks_at is None and (new := sorted(broken - unstretched[1])):
-            breaks, breaks_at = new[0], step
-        if not is_true and (swings_at is not None or not math.isfinite(jnds)):
-            break
-    bounded = true_to != (tried[-1] if tried else None)
-    return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, bounded, tuple(tried))
+        yield step, is_true, broken
+        if not is_true and (swings or not math.isfinite(jnds)):
+            return
+
+
+def _outcome(
+    quantity: str, step: float, options: LoopOptions, proposal: Variant, generations: int
+) -> tuple[float, frozenset[str]] | None:
+    """Give what `_at` does, or what has failed there; None past the options' own limits."""
+    try:
+        return _at(quantity, step, options, proposal, generations)
+    except (Error, ValueError):
+        return None
+    except RuntimeError as failure:
+        return math.inf, frozenset({str(failure).partition(";")[0]})
 
 
 def _at(

@@ -147,24 +147,29 @@ def present(plant: PlantParams) -> list[str]:
 
 def variants(options: LoopOptions, *, quick: bool) -> list[Variant]:
     """Give what is tried, the reference first; unless quick, every combination at every rate."""
-    parts = present(options.plant)
+    plant = options.plant
+    parts = present(plant)
+    subsets = _subsets(parts, quick=quick)
+    tried = [Variant(left_out=left_out, rate_hz=rate) for rate in RATES_HZ for left_out in subsets]
+    tried += [Variant(left_out=("brake",))] if "brake" in parts else []
+    counts = plant.counts_per_rev
+    tried += [Variant(counts_per_rev=counts // by) for by in (2, 4, 8) if counts >= 64 * by]
+    tried += [Variant(law=law) for law in get_args(Law) if law != options.control.law]
+    # The current sensor has noise too.
+    tried += [Variant(other_noise=True)] if plant.encoder_noise_counts or plant.electrics else []
+    return tried
+
+
+def _subsets(parts: Sequence[str], *, quick: bool) -> list[tuple[str, ...]]:
+    """Give the parts that are left out together, none first."""
     small = [part for part in parts if part not in WHOLE]
-    subsets = [part for count in range(len(small) + 1) for part in combinations(small, count)]
-    if quick:
-        subsets = [part for part in subsets if len(part) in (0, 1, len(small))]
+    sizes = (0, 1, len(small)) if quick else range(len(small) + 1)
+    subsets = [part for count in dict.fromkeys(sizes) for part in combinations(small, count)]
     if "spring and brake" in parts:
         others = [part for part in small if part not in _WITH_SPRING]
         ends = {(), tuple(others)} if quick else {s for s in subsets if set(s) <= set(others)}
         subsets += [("spring and brake", *end) for end in sorted(ends)]
-    tried = [Variant(left_out=left_out, rate_hz=rate) for rate in RATES_HZ for left_out in subsets]
-    tried += [Variant(left_out=("brake",))] if "brake" in parts else []
-    counts = options.plant.counts_per_rev
-    tried += [Variant(counts_per_rev=counts // by) for by in (2, 4, 8) if counts >= 64 * by]
-    tried += [Variant(law=law) for law in get_args(Law) if law != options.control.law]
-    # The current sensor has noise too.
-    if options.plant.encoder_noise_counts > 0.0 or options.plant.electrics:
-        tried.append(Variant(other_noise=True))
-    return tried
+    return subsets
 
 
 def _sum(row: object) -> int:

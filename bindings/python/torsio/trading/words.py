@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from torsio import perception
-from torsio.trading.answers import Row, Trade
+from torsio.trading.answers import BoardShare, Row, Trade
 from torsio.trading.runs import HIGHEST_HZ, RATES_HZ
 
 __all__ = ["as_dict", "lines"]
@@ -34,26 +34,36 @@ def lines(found: Trade) -> Iterator[str]:
         yield f"{rate // 1000} kHz {_changes(row)} and {_saves(row, reference)}."
     for row in found.rows:
         if row.variant.counts_per_rev or row.variant.law:
-            ticks = ", ".join(f"{of.instructions:,} on `{of.board}`" for of in row.boards)
-            more = f"; a tick is {ticks}" if row.variant.law else ""
-            yield f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}{more}."
+            yield _of_change(row)
         if row.variant.other_noise:
             yield f"Other noise {_changes(row)}: less cannot be told."
-    for row in found.rows:
-        if row.name != row.variant.name:  # in the batch, or the whole device
-            wire = ""
-            if row.wire_bytes_per_s is not None:
-                wire = f" and {row.wire_bytes_per_s / 1e3:.0f} kB/s on the wire"
-            yield f"As {row.name}: {_changes(row)}, costs {_cost(row)}{wire}."
+    yield from (_elsewhere(row) for row in found.rows if row.name != row.variant.name)
     yield from _proposal(found)
-    for board in found.boards:
-        fits = "" if board.share < 0.95 else ": too much, the board would raise `overrun`"
-        yield (
-            f"On `{board.board}` a tick is {board.instructions:,} instructions and "
-            f"{100 * board.share:.0f} % of its period{fits}."
-        )
+    yield from map(_of_board, found.boards)
     yield f"To play the scene takes {found.scene_bytes} bytes on the wire."
     yield from (_of_extreme(one) for one in found.extremes)
+
+
+def _of_change(row: Row) -> str:
+    ticks = ", ".join(f"{of.instructions:,} on `{of.board}`" for of in row.boards)
+    more = f"; a tick is {ticks}" if row.variant.law else ""
+    return f"{row.name[0].upper()}{row.name[1:]} {_changes(row)}{more}."
+
+
+def _elsewhere(row: Row) -> str:
+    """Say what a run in the batch, or of the whole device, changes and costs."""
+    wire = ""
+    if row.wire_bytes_per_s is not None:
+        wire = f" and {row.wire_bytes_per_s / 1e3:.0f} kB/s on the wire"
+    return f"As {row.name}: {_changes(row)}, costs {_cost(row)}{wire}."
+
+
+def _of_board(board: BoardShare) -> str:
+    fits = "" if board.share < 0.95 else ": too much, the board would raise `overrun`"
+    return (
+        f"On `{board.board}` a tick is {board.instructions:,} instructions and "
+        f"{100 * board.share:.0f} % of its period{fits}."
+    )
 
 
 def _proposal(found: Trade) -> Iterator[str]:
