@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import struct
 from typing import Any
 
 import pytest
@@ -68,6 +70,19 @@ def test_codec_round_trips_and_agrees_with_struct(report: tuple[str, dict[str, A
     data = protocol.encode(name, values)
     assert data == wire.encode(name, values)
     assert protocol.decode(data) == (name, values)
+
+
+def test_every_float_that_is_not_finite_is_refused_and_named() -> None:
+    for row in ROWS:
+        good, at = bytes.fromhex(row["hex"]), 1
+        for index, kind in enumerate(wire.REPORTS[row["report"]].formats):
+            end = at + struct.calcsize(f"<{kind}")
+            for place in range(at, end, 4) if kind.endswith("f") else ():
+                for bad in (math.nan, math.inf, -math.inf):
+                    with pytest.raises(MalformedReport) as caught:
+                        protocol.decode(good[:place] + struct.pack("<f", bad) + good[place + 4 :])
+                    assert (caught.value.status, caught.value.field) == ("not_finite", str(index))
+            at = end
 
 
 def test_decode_names_the_unknown_report() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from torsio import closed_loop, protocol
+from torsio import closed_loop
 from torsio.perception import VIBRATION_NM
 from torsio.printed import config, hands, scenes
 from torsio_studies.execution import execute
@@ -108,15 +108,3 @@ def test_a_value_that_is_let_in_is_counted(monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr(closed_loop.ClosedLoop, "hold_command", lenient)
     assert not_finite.accepted_in_python()[1] == 3 * 2
-
-
-def test_bytes_that_the_device_lets_in_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    good = list(not_finite.spoiled_reports())
-    assert not_finite.accepted_as_bytes() == (len(good), 0)
-    spring = protocol.encode("damper", {"damping_nm_s_per_rad": 1e-3})
-    monkeypatch.setattr(not_finite, "spoiled_reports", lambda: [*good, ("output", spring)])
-    assert not_finite.accepted_as_bytes() == (len(good) + 1, 1)
-    # A report that changes the torque spoils all.
-    stop = protocol.encode("command", {"op": "stop"})
-    monkeypatch.setattr(not_finite, "spoiled_reports", lambda: [*good[:50], ("output", stop)])
-    assert not_finite.accepted_as_bytes() == (51, 51)

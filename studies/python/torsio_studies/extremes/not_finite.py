@@ -1,4 +1,4 @@
-"""Extremes: what is not finite, offered in Python, as bytes, and to the core's inner functions."""
+"""Extremes: what is not finite, offered in Python and to the core's inner functions."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from functools import partial
 from typing import Any, Final
 
 import torsio
-from torsio import core, protocol
+from torsio import core
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
-from torsio.emulator import EmulatedDevice
 from torsio.printed.config import ActuatorConfig
 from torsio.printed.hands import FeedbackHand, ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
@@ -78,15 +77,10 @@ LOOPS: Final = (
     LoopOptions(hand=FeedbackHand(torque_nm=lambda time_s, angle_rad, speed_rad_s: 0.0)),
     LoopOptions(spin_up=SpinUp(motor_command_nm=40e-3, speed_rad_s=1.0)),
 )
-REFUSED: Final = protocol.STATUS_NAMES.index("not_finite")
 CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
 EXPERIMENT: Final = Excitation(
     duration_s=1.0, travel_rad=1.0, speed_limit_rad_s=10.0, torque_limit_nm=1e-2
 )
-# A field without a default needs a good value, or the device refuses it.
-MUST_BE_GIVEN: Final = {
-    "excitation": {"duration_s": 1.0, "travel_rad": 1.0, "speed_limit_rad_s": 10.0}
-}
 CONFIGS: Final = tuple(kind() for kind in torsio.CONFIGS.values())
 
 
@@ -162,89 +156,6 @@ def accepted_in_python() -> tuple[int, int]:
             except ValueError:
                 refused += 1
     return len(offers), len(offers) - refused
-
-
-def _spoiled_values(layout: list[dict[str, Any]], bad: float) -> Iterator[dict[str, Any]]:
-    """Give the values of a report with this layout, with each of its floats bad in turn."""
-    for field in layout:
-        name = field["name"]
-        if "fields" in field:
-            for values in _spoiled_values(field["fields"], bad):
-                yield {name: values}
-        elif field["type"] == "f32" and field["count"] == 1:
-            yield {name: bad}
-        elif field["type"] == "f32":
-            for i in range(field["count"]):
-                yield {name: [bad if j == i else 0.0 for j in range(field["count"])]}
-
-
-def spoiled_reports() -> Iterator[tuple[str, bytes]]:
-    """Give direction and bytes of every report to the device, each float not finite in turn."""
-    for report in protocol.reports():
-        # A report that is only read has no sequence number.
-        to_device = report["fields"][0]["name"] in ("sequence", "target")
-        if report["direction"] != "input" and to_device:
-            for bad in NOT_FINITE:
-                for values in _spoiled_values(report["fields"], bad):
-                    whole = {**MUST_BE_GIVEN.get(report["name"], {}), **values}
-                    yield report["direction"], protocol.encode(report["name"], whole)
-
-
-def _play(reports: list[tuple[str, bytes]], *, offered: bool) -> tuple[list[float], int]:
-    """Push an emulated knob into a wall while such reports come, one a tick, or nothing instead.
-
-    Returns
-    -------
-    tuple
-        The motor's true torque at every tick, and how many of the reports were refused for not
-        being finite.
-    """
-    device = EmulatedDevice(hand=TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 40e-3)]))
-    torque_nm: list[float] = []
-    refused = 0
-
-    def tick() -> None:
-        nonlocal refused
-        device.advance(1_000_000)
-        while (data := device.read()) is not None:
-            name, values = protocol.decode(data)
-            refused += name == "acknowledgement" and values["status"] == REFUSED
-        torque_nm.append(device.plant_state["motor_torque_nm"])
-
-    wall = {"stiffness_nm_per_rad": 1.4}
-    start = (("command", {"op": "arm"}), ("wall", wall), ("commit", {"active": 1}))
-    for name, values in start:
-        device.write(protocol.encode(name, values))
-        tick()
-    keep_alive = protocol.encode("command", {"op": "keep_alive"})
-    for i, (direction, data) in enumerate(reports):
-        if i % 100 == 0:
-            device.write(keep_alive)
-        if offered and direction == "feature":
-            refused += device.set_feature(data)[0] == REFUSED
-        elif offered:
-            device.write(data)
-        tick()
-    for _ in range(10):  # until the last answers are there
-        tick()
-    return torque_nm, refused
-
-
-def accepted_as_bytes() -> tuple[int, int]:
-    """Offer NaN and infinities in every float of every report, past the checks of the SDK.
-
-    Returns
-    -------
-    tuple
-        How many were offered, and how many were not refused; all of them if the torque of a knob
-        in a wall is not what it is without them.
-    """
-    reports = list(spoiled_reports())
-    without, _ = _play(reports, offered=False)
-    found, refused = _play(reports, offered=True)
-    if found != without or max(without) == min(without):
-        return len(reports), len(reports)
-    return len(reports), len(reports) - refused
 
 
 def spoiled_for_good() -> tuple[int, int]:

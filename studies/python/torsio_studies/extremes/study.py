@@ -316,23 +316,13 @@ def _delay() -> Iterator[Case]:
 
 def _not_finite() -> Iterator[Case]:
     offered, accepted = not_finite.accepted_in_python()
+    tried, spoiled = not_finite.spoiled_for_good()
     yield Case(
         "not finite",
-        "values that were accepted",
+        "values that were accepted, or change the motor's torque for good",
         0.0,
         "every value is checked before anything has effect",
-        f"NaN, +inf, -inf in {offered // 3} quantities of Python",
-        None,
-        accepted,
-    )
-    tried, spoiled = not_finite.spoiled_for_good()
-    offered, accepted = not_finite.accepted_as_bytes()
-    yield Case(
-        "not finite",
-        "values that pass, or change the motor's torque for good",
-        0.0,
-        "every report is checked whole before it has effect",
-        f"{tried} into the bare law; as bytes in {offered // 3} fields",
+        f"in {offered // 3} quantities of Python; {tried} values into the bare law",
         spoiled,
         accepted,
     )
