@@ -87,27 +87,6 @@ def test_other_interface_is_seen(library: Path, tmp_path: Path, old: str, new: s
     assert code & 12, told
 
 
-def test_compiler_lays_out_structures_as_the_second_reader_does(tmp_path: Path) -> None:
-    lines = ["#include <stdio.h>", "#include <torsio.h>", "int main(void) {"]
-    expected = []
-    for name, structure in HEADER.structures.items():
-        lines.append(f'printf("%zu\\n", sizeof({name}));')
-        expected.append(ctypes.sizeof(structure))
-        for field, *_ in structure._fields_:
-            lines.append(f'printf("%zu\\n", offsetof({name}, {field}));')
-            expected.append(getattr(structure, field).offset)
-    (tmp_path / "sizes.c").write_text("\n".join([*lines, "}"]))
-    run(
-        "gcc",
-        "-std=c11",
-        f"-I{TREE / layouts.HEADERS}",
-        tmp_path / "sizes.c",
-        "-o",
-        tmp_path / "sizes",
-    )
-    assert [int(word) for word in run(tmp_path / "sizes").split()] == expected
-
-
 WITHOUT = {
     "Emulator.game",  # for the tests of drivers, in C++ and Python
     "Emulator.inputs",  # for recordings, which are Python's
