@@ -223,6 +223,8 @@ def _wrong(
         this.got.insert(0, raised.samples)
     if this.recording is None:
         return _lost_in_program(call, this, newest)
+    with suppress(Exception):  # told already
+        this.recording.close()  # an interrupt ends the wait for it
     return _lost_in_file(torsio.load(this.file), this.first, newest)
 
 

@@ -15,12 +15,14 @@
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 static char under[PATH_MAX];  // empty: nothing is counted
 static atomic_long calls = 0;
 static long at = -1;  // which call fails
-static int with = 0;  // its errno; 0: a write that takes half
+static int with = 0;  // its errno; 0: a write that takes half; -1: stands still; -2: for a while
+static atomic_bool stands = false;
 static bool has_failed = false;
 static _Thread_local bool takes_half = false;
 
@@ -28,9 +30,24 @@ static _Thread_local bool takes_half = false;
 void fail_files(const char *folder, long n, int error) {
   snprintf(under, sizeof under, "%s", folder);
   calls = 0;
-  has_failed = false;
+  has_failed = stands = false;
   with = error;
   at = n;
+}
+
+// Whether a call stands still; until the next fail_files() or a signal of its thread.
+bool file_stands(void) { return stands; }
+
+static bool stand_still(void) {
+  const struct timespec ms = {0, 1000000};
+  has_failed = stands = true;
+  for (int slept = 0; stands && (with == -1 || slept < 300); ++slept) {
+    if (nanosleep(&ms, NULL) != 0) {
+      stands = false;
+      return true;
+    }
+  }
+  return false;
 }
 
 long file_calls(void) { return calls; }
@@ -40,7 +57,8 @@ static bool fails(const char *path) {
   takes_half = false;
   if (under[0] == '\0' || path == NULL || strncmp(path, under, strlen(under)) != 0) return false;
   if (atomic_fetch_add(&calls, 1) != at) return false;
-  has_failed = with != 0;
+  has_failed = with > 0;
+  if (with < 0) return stand_still();
   takes_half = !has_failed;
   errno = with;
   return has_failed;
@@ -104,8 +122,9 @@ ssize_t read(int fd, void *data, size_t size) {
 int close(int fd) {
   struct stat what;  // a folder's is nobody's
   if (fstat(fd, &what) != 0 || !S_ISREG(what.st_mode) || !fails_fd(fd)) return NEXT(close)(fd);
+  const int failed = errno;
   NEXT(close)(fd);
-  errno = with;
+  errno = failed;
   return -1;
 }
 size_t fwrite(const void *data, size_t size, size_t count, FILE *file) {
@@ -117,8 +136,9 @@ size_t fwrite(const void *data, size_t size, size_t count, FILE *file) {
 ON(int, fsync, fails_fd(fd), (int fd), (fd))
 ON(int, ftruncate, fails_fd(fd), (int fd, off_t size), (fd, size))
 ON(int, ftruncate64, fails_fd(fd), (int fd, off64_t size), (fd, size))
-ON(off_t, lseek, fails_fd(fd), (int fd, off_t to, int from), (fd, to, from))
-ON(off64_t, lseek64, fails_fd(fd), (int fd, off64_t to, int from), (fd, to, from))
+// It waits for nothing, and Python forgets an interrupt there.
+ON(off_t, lseek, with >= 0 && fails_fd(fd), (int fd, off_t to, int from), (fd, to, from))
+ON(off64_t, lseek64, with >= 0 && fails_fd(fd), (int fd, off64_t to, int from), (fd, to, from))
 ON(int, fchmod, fails_fd(fd), (int fd, mode_t mode), (fd, mode))
 ON(int, chmod, fails(path), (const char *path, mode_t mode), (path, mode))
 ON(int, chown, fails(path), (const char *path, uid_t user, gid_t group), (path, user, group))

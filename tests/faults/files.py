@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import errno
 import json
 import os
+import signal
 import sys
 import tempfile
 import threading
@@ -37,7 +39,11 @@ ERRORS = {
     "I/O error": errno.EIO,
     "permission": errno.EACCES,
     "half written": 0,
+    "blocks": -1,  # until a signal, or in another thread for good
+    "slow": -2,
 }
+UNWAITED = ("firmware update",)  # its stand-in's own files stand still too
+INTERRUPTS = 4  # leave the program's lines, end the wait; two come while it does what it must
 
 
 class Failing:
@@ -48,16 +54,55 @@ class Failing:
         self._library.fail_files.argtypes = [ctypes.c_char_p, ctypes.c_long, ctypes.c_int]
         self._library.file_calls.restype = ctypes.c_long
         self._library.file_failed.restype = ctypes.c_bool
+        self._library.file_stands.restype = ctypes.c_bool
 
     def arm(self, folder: Path, at: int, error: int) -> None:
         """Let the call with this number fail that touches a file under the folder."""
         self._library.fail_files(str(folder).encode(), at, error)
+
+    def stands(self) -> bool:
+        """Whether a call stands still now."""
+        return bool(self._library.file_stands())
 
     def disarm(self, at: int) -> int:
         """Give how many there were, but none if one had to fail and could not."""
         count = int(self._library.file_calls()) if self._library.file_failed() or at < 0 else 0
         self._library.fail_files(b"", -1, 0)
         return count
+
+
+def interrupts(error: BaseException | None) -> bool:
+    """Whether it is an interrupt."""
+    return isinstance(error, KeyboardInterrupt)
+
+
+class Interrupts:
+    """Ctrl-C for the main thread while a file stands still, until it ends what it does."""
+
+    def __init__(self, stands: Callable[[], bool]) -> None:
+        self.count = 0
+        self._stands, self._ended = stands, threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self) -> None:
+        while not self._ended.wait(0.5 if self._stands() else 0.01):
+            if self._stands():
+                self.count += 1
+                signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    def _handle(self, *_: object) -> None:
+        if not self._ended.is_set():
+            raise KeyboardInterrupt
+
+    def during(self, act: Callable[[], Any]) -> None:
+        before = signal.signal(signal.SIGINT, self._handle)
+        self._thread.start()
+        try:
+            act()
+        finally:
+            self._ended.set()
+            self._thread.join()
+            signal.signal(signal.SIGINT, before)
 
 
 # Each works in a folder, then says what is wrong after this error.
@@ -67,7 +112,7 @@ Scenario = Callable[[Path], tuple[Callable[[], Any], Wrong]]
 
 def sentence(raised: BaseException | None) -> str:
     """Say whether an error is neither the library's nor the system's with the file's name."""
-    if raised is None or isinstance(raised, torsio.Error):
+    if raised is None or isinstance(raised, torsio.Error | KeyboardInterrupt):
         return ""
     if isinstance(raised, OSError) and raised.strerror and raised.filename:
         return ""
@@ -92,24 +137,33 @@ def old_or_new(
 
 
 def recording(folder: Path) -> tuple[Callable[[], Any], Wrong]:
-    device, file = Device(), folder / "x.mcap"
-    knob = torsio.open(device)
+    devices, file = [Device(), Device()], folder / "x.mcap"
+    outer, knob = map(torsio.open, devices)
+    recordings: list[torsio.RecordingFile] = []
+    armed: list[bool] = []
 
     def act() -> None:
-        with knob, knob.record_to(file):
-            knob.arm()
-            knob.sleep(0.2)
+        outer.arm()
+        try:
+            with outer, knob, knob.record_to(file) as recording:
+                recordings.append(recording)
+                knob.arm()
+                knob.sleep(0.2)
+        finally:
+            armed.extend(device.is_armed or not device.is_closed for device in devices)
 
     def is_whole_unless_told() -> bool:
-        return torsio.load(file).whole or bool(raised_last)
+        told = [error for error in raised_last if not (recordings and interrupts(error))]
+        return torsio.load(file).whole or bool(told)
 
     raised_last: list[BaseException] = []
     act_and, wrong_file = old_or_new(file, act, is_whole_unless_told)
 
     def wrong(raised: BaseException | None) -> str:
-        if knob.is_open:
-            knob.close()  # a program without it would not have entered the "with" either
-        if device.is_armed or not device.is_closed:
+        for recording in recordings:
+            with contextlib.suppress(OSError):  # told already
+                recording.close()  # what was interrupted is written by now
+        if any(armed):
             return "armed"
         raised_last[:] = [raised] if raised else []
         return wrong_file(raised)
@@ -133,6 +187,8 @@ def _command(*arguments: str) -> None:
     told = [line for line in result.stderr.splitlines() if line.startswith("torsio: error: ")]
     if result.exit_code == 1 and len(told) == 1 and "Traceback" not in result.output:
         raise torsio.Error(told[0])
+    if result.exit_code == 130:
+        raise KeyboardInterrupt
     if result.exit_code != 0:
         raise result.exception or RuntimeError(result.output)
 
@@ -188,7 +244,7 @@ def trade(folder: Path) -> tuple[Callable[[], Any], Wrong]:
         told.extend(str(warning.message) for warning in caught)
 
     def wrong(raised: BaseException | None) -> str:
-        if raised and stores:
+        if raised and stores and not interrupts(raised):
             return f"a result is lost by {raised!r}"
         kept = {name: Kept(file).get(name, lambda: {}) for name in ("old", *rows)}
         if kept["old"] != rows["a"]:
@@ -248,14 +304,19 @@ def trial(failing: Failing, scenario: Scenario, at: int, error: int) -> tuple[st
         tempfile.tempdir = str(folder)
         act, wrong = scenario(inside)
         raised: BaseException | None = None
+        pester = Interrupts(failing.stands if error == ERRORS["blocks"] else lambda: False)
         failing.arm(folder, at, error)
         try:
-            act()
+            pester.during(act)
         except BaseException as caught:
             raised = caught
         finally:
             count = failing.disarm(at)
             tempfile.tempdir = None
+        if pester.count > INTERRUPTS or bool(pester.count) != interrupts(raised):
+            return f"{pester.count} interrupts, {raised!r} was raised", count
+        if error == ERRORS["slow"] and raised:
+            return f"slow, and told by {raised!r}", count
         try:
             return wrong(raised), count
         except Exception as caught:
@@ -268,6 +329,8 @@ def main(every: int, names: list[str]) -> None:
     for name in names or SCENARIOS:
         _, count = trial(failing, SCENARIOS[name], -1, 0)
         for kind, error in ERRORS.items():
+            if error < 0 and name in UNWAITED:
+                continue
             for at in range(0, count, every):
                 said, done = trial(failing, SCENARIOS[name], at, error)
                 if done:  # a call that is no write is not half done

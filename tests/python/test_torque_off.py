@@ -19,6 +19,7 @@ import torsio
 from tests.faults.knobs import Device, device
 from tests.python.test_disk_full import full_disk
 from torsio.calibration import calibrate
+from torsio.recordings.file import wait_for_all
 
 FULL = r"large|space"
 SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
@@ -155,19 +156,53 @@ def test_interrupted_close_of_a_recording_can_be_repeated(tmp_path: Path) -> Non
     with torsio.open("emulated") as knob:
         recording = knob.record_to(path)
         knob.sleep(0.1)
-        end = recording._on_close
 
         def interrupt() -> None:
-            recording._on_close = end
+            del knob._recording.take_rest
             raise KeyboardInterrupt
 
-        recording._on_close = interrupt
+        knob._recording.take_rest = interrupt  # type: ignore[method-assign]
         with pytest.raises(KeyboardInterrupt):
             recording.close()
         recording.close()
         assert torsio.load(path).whole
         with knob.record_to(path):
             pass
+
+
+@pytest.mark.parametrize("is_left_early", [False, True])
+def test_interrupt_ends_the_wait_for_a_file_and_the_torque_of_all_knobs(
+    is_left_early: bool, tmp_path: Path
+) -> None:
+    made, path, disk = [device(paced=True), device(paced=True)], tmp_path / "x.mcap", []
+    armed: list[bool] = []
+
+    def interrupt() -> None:
+        armed.extend(one.is_armed for one in made)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    def use() -> None:
+        with torsio.open(made[0]) as outer, torsio.open(made[1]) as inner:
+            for knob in (outer, inner):
+                knob.update(watchdog_s=60.0)
+                knob.arm()
+            with inner.record_to(path) as recording:
+                disk.append(recording)
+                recording.put(lambda _: written.wait(), [None])
+                interrupts.start()
+                if is_left_early:
+                    raise MemoryError
+
+    written, interrupts = threading.Event(), threading.Timer(1.0, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        use()
+    assert armed == [True, not is_left_early]
+    assert not any(one.is_armed for one in made)
+    assert all(one.is_closed for one in made)
+    assert not written.is_set()
+    written.set()
+    disk[0].close()
+    assert torsio.load(path).whole
 
 
 HANDLERS: dict[str, Callable[[torsio.Knob], None]] = {
@@ -281,6 +316,52 @@ def test_every_knob_is_closed_when_python_ends_though_one_cannot_tell_its_file(
     assert ended.stdout == "[False, False, False] [True, True, True]\n", ended.stderr
     assert ended.returncode == 0
     assert "large" in ended.stderr or "space" in ended.stderr
+
+
+AT_END_OF_A_FILE_THAT_HANGS = """
+import os, sys, threading, time, torsio
+from tests.faults.knobs import PacedDevice
+made = [PacedDevice(), PacedDevice()]
+knobs = [torsio.open(one) for one in made]
+for knob in knobs:
+    knob.update(watchdog_s=60.0)
+    knob.arm()
+def look():
+    while not all(one.is_closed for one in made[1:]) or any(one.is_armed for one in made):
+        time.sleep(0.01)
+    print("disarmed", flush=True)
+    os._exit(0)
+recording = knobs[0].record_to(sys.argv[1] + "/x.mcap")
+recording.put(lambda _: threading.Event().wait(), [None])
+threading.Thread(target=look, daemon=True).start()
+"""
+
+
+def test_end_of_python_disarms_all_knobs_before_it_waits_for_a_file(tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", AT_END_OF_A_FILE_THAT_HANGS, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (ended.stdout, ended.stderr) == ("disarmed\n", "")
+
+
+def test_dropped_knob_that_is_recorded_disarms_and_its_file_ends(tmp_path: Path) -> None:
+    made, path = device(paced=True), tmp_path / "x.mcap"
+
+    def drop() -> None:
+        knob = torsio.open(made)
+        knob.record_to(path)
+        knob.arm()
+        knob.record(0.1)
+
+    drop()
+    assert made.is_closed
+    assert not made.is_armed
+    wait_for_all()
+    assert torsio.load(path).whole
 
 
 def test_one_of_two_recordings_that_begin_at_once_is_refused(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ from torsio.printed.told import (
     MotorCurrent,
     State,
 )
-from torsio.recordings.file import RecordingFile
+from torsio.recordings.file import RecordingFile, wait_for_all
 
 __all__ = ["Knob", "need_knob"]
 
@@ -96,8 +96,12 @@ class Knob:
         transport does not take the order, `sys.unraisablehook` gets an `Error`. Closing twice
         is fine.
         """
+        return self._let_go, self._recording.wait, self._recording.tell_failure
+
+    @_torsio.all_of
+    def _let_go(self) -> Iterable[Callable[[], object]]:
         return (
-            *(self._knob.disarm_to_close, self._recording.close, self._telemetry.end),
+            *(self._knob.disarm_to_close, self._recording.end, self._telemetry.end),
             *(self._knob.close, self._forget),
         )
 
@@ -407,4 +411,7 @@ _open_knobs: dict[int, weakref.ref[Knob]] = {}
 @_torsio.all_of
 def _close_all() -> Iterable[Callable[[], object]]:
     """Close all open knobs when the interpreter ends, whatever threads wait."""
-    return [knob.close for this in list(_open_knobs.values()) if (knob := this()) is not None]
+    knobs = [knob for this in list(_open_knobs.values()) if (knob := this()) is not None]
+    disarms = [knob._knob.disarm_to_close for knob in knobs]
+    lets_go = [knob._let_go for knob in knobs]  # before any waits for its file
+    return [*disarms, *lets_go, *[knob.close for knob in knobs], wait_for_all]

@@ -73,10 +73,6 @@ class KnobRecording:
         self._tap: _torsio.ReportTap | None = None
         self._asked_s = -math.inf
         self._claim = threading.Lock()
-        # Samples of an interrupted recording until they are written, and their ticks, which come
-        # again.
-        self._early: Record | None = None
-        self._early_ticks = 0, 0
         self._stream: tuple[float | None, bool, float] | None = None
 
     @property
@@ -108,14 +104,13 @@ class KnobRecording:
             tap = self._knob.tap(with_telemetry=False)
             lost: int = self._knob.statistics()["samples_lost"]
             self._asked_s = -math.inf
-            self._early, self._early_ticks = None, (0, 0)
             self._disarm_before = self._knob.last_disarm()
             self._clock = _DeviceClock(self._knob)
             before = self._file
             try:
                 begun = tap.take()
                 self._tap = tap
-                self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
+                self._file = RecordingFile(path, metadata, self, lost)
                 self._file.put(self._file.write_reports, [begun])
                 if any(content[0] == _COMMIT for _, sent, content in begun if sent):
                     self._file.note("playing", scene=self._scene)
@@ -124,14 +119,32 @@ class KnobRecording:
                 return self._file
             except BaseException:
                 self._tap = None  # or it keeps every report from now on
-                if self._file is not before:
-                    self.close()
+                if self._file is not None and self._file is not before:
+                    self._file.close()
                 raise
 
-    def close(self) -> None:
-        """End it, if one is under way."""
+    def end(self) -> None:
+        """End it, if one is under way, and let its thread go on."""
         if self._file is not None:
-            self._file.close()
+            self._file.end()
+
+    def wait(self) -> None:
+        """Wait until it is written, if that was not interrupted before."""
+        if self._file is not None:
+            self._file.wait()
+
+    def tell_failure(self) -> None:
+        """Raise what ended it, if nobody has heard."""
+        if self._file is not None:
+            self._file.tell_failure()
+
+    def device_time_s(self) -> float:
+        """Tell the device's time, without asking."""
+        return self._clock.now_s()
+
+    def disarm(self) -> None:
+        """Order torque off, unless told to be autonomous."""
+        self._knob.disarm_to_close()
 
     def note(self, kind: str, **values: Any) -> None:
         """Write down what was asked of the knob."""
@@ -227,32 +240,14 @@ class KnobRecording:
             elif not self._file.has_room(received):
                 self._file.put(self._file.write_missed, map(len, map(call, *zip(given))))
                 return
-        self._take(self._write, call, *given)
+            self._file.put(self._file.write, map(call, *zip(given)))
+            return
+        call(*given)
 
     def _keep_early(self, samples: Record) -> None:
         """Write what a recording had that ended early. It can still be read, but not written."""
         if self._file is not None and len(samples):
-            self._file.put(self._hold_early, [samples])
-
-    # In the thread of the file:
-
-    def _hold_early(self, samples: Record) -> None:
-        self._write_early(None)
-        self._early = samples
-        self._early_ticks = int(samples["tick"][0]), int(samples["tick"][-1]) + 1
-
-    def _write_early(self, _: None) -> None:
-        if self._file is not None and self._early is not None:
-            self._file.write(self._early)
-            self._early = None
-
-    def _write(self, samples: Record) -> None:
-        if self._file is None or len(samples) == 0:
-            return
-        begin, end = self._early_ticks
-        self._file.write(samples[samples["tick"] < begin])
-        self._write_early(None)
-        self._file.write(samples[samples["tick"] >= end])
+            self._file.put(self._file.hold_early, [samples])
 
     def _keep_rest(self, samples: Record) -> None:
         """Write down what else has come meanwhile."""
@@ -282,11 +277,12 @@ class KnobRecording:
             if energies.kept:
                 self._file.put(self._file.write_energies, [energies])
 
-    def _end(self) -> None:
+    def take_rest(self) -> None:
+        """Write down what is left, before the file ends."""
         try:
             self.drain()
             if self._file is not None:
-                self._file.put(self._write_early, [None])
+                self._file.put(self._file.write_early, [None])
             self._keep_energies(math.inf)
         except Error as error:
             self.note("lost", why=str(error))

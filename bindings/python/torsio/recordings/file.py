@@ -8,12 +8,13 @@ import math
 import sys
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, fields, is_dataclass
 from itertools import repeat
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, BinaryIO, Final, TypeAlias, cast
+from typing import Any, BinaryIO, Final, Protocol, TypeAlias, cast
 
 import numpy as np
 
@@ -28,7 +29,8 @@ from torsio.telemetry import TELEMETRY_DTYPE, Record
 if sys.platform != "win32":  # which moves no file over an open one
     import fcntl
 
-__all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile", "missing"]
+__all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile"]
+__all__ += ["Source", "missing", "wait_for_all"]
 
 LoggedReport: TypeAlias = tuple[int, bool, bytes]
 """Ticks of the newest thing that the device had said by then, whether it was sent, its bytes."""
@@ -99,6 +101,19 @@ def _plain(value: Any) -> Any:
     return value
 
 
+class Source(Protocol):
+    """What a recording is of: a knob, which goes with the last who knows it, and ends the file."""
+
+    def device_time_s(self) -> float:
+        """Tell the device's time."""
+
+    def take_rest(self) -> None:
+        """Give the file what has come and nobody has read."""
+
+    def disarm(self) -> None:
+        """Order torque off, as `torsio.Knob.close` does first."""
+
+
 class _Stream:
     """MCAP's writer writes to this: first a place beside the file, then the file itself."""
 
@@ -145,6 +160,16 @@ def _check_unwritten(path: Path) -> None:
             raise Error(f"another recording is being written to {path}: close it first") from None
 
 
+_writing: Final[dict[int, Worker]] = {}
+
+
+def wait_for_all() -> None:
+    """Wait until all recordings are written. An interrupt ends the wait for one of them."""
+    with contextlib.suppress(KeyError):
+        while True:
+            _writing.popitem()[1].join()
+
+
 class RecordingFile:
     """A file that is being written; made by `torsio.Knob.record_to`.
 
@@ -153,14 +178,16 @@ class RecordingFile:
     for a slow disk. Beyond that a call in virtual time waits for the disk; in real time the file
     does not get the samples, and counts them as lost. The first write that fails ends it; the next
     call that has something for it, or `close`, raises that `OSError`.
+
+    An exception that leaves the ``with`` statement, or an interrupt while the file is written,
+    disarms the knob first, unless told to be autonomous.
     """
 
     def __init__(
         self,
         path: str | Path,
         metadata: Mapping[str, Mapping[str, Any]],
-        device_time_s: Callable[[], float],
-        on_close: Callable[[], None],
+        source: Source,
         samples_lost: int,
     ) -> None:
         try:
@@ -173,10 +200,9 @@ class RecordingFile:
         self.samples_lost: int = 0
         """Missing in the file so far: lost on the way, or because the disk was slow."""
         self._received = 0  # samples that are neither written nor waiting
-        self._on_close = on_close
+        self._source = weakref.ref(source)  # the thread must not keep the knob
         # The times of all messages are the device's, laid on the host's clock once.
-        self._device_time_s = device_time_s
-        self._host_minus_device_ns = time.time_ns() - round(1e9 * device_time_s())
+        self._host_minus_device_ns = time.time_ns() - round(1e9 * source.device_time_s())
         self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
         metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
         self._file: _Stream | None = None
@@ -184,10 +210,15 @@ class RecordingFile:
         self._newest_ns = 0  # newest sample
         self._restarts_from_ns = 0  # distance of samples before a restart of telemetry
         self._lost = samples_lost
+        # Samples of an interrupted call until they are written, and their ticks, which come again.
+        self._early: Record | None = None
+        self._early_ticks = 0, 0
         self._failure: BaseException | None = None
         # Both may be used in the handler of a signal that comes in the middle of using them.
         self._waiting: SimpleQueue[tuple[Callable[[Any], None], Any] | None] = SimpleQueue()
         self._is_open = True
+        self._takes_all = False
+        self._is_waited_for = False
         self._worker = Worker(self._work)
         try:
             with _PLACING:
@@ -233,9 +264,9 @@ class RecordingFile:
         return self
 
     @_torsio.all_of
-    def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
+    def __exit__(self, kind: object = None, *_: object) -> Iterable[Callable[[], object]]:
         """Close the file."""
-        return (self.close,)
+        return (self._disarm if kind else _nothing, *self._ends())
 
     @property
     def is_open(self) -> bool:
@@ -244,17 +275,48 @@ class RecordingFile:
 
     @_torsio.all_of
     def close(self) -> Iterable[Callable[[], object]]:
-        """Write what is left, and the file's index. Closing twice is fine."""
-        return self._take_rest, self._end, self.tell_failure
+        """Write what is left, and the file's index. Closing twice is fine.
+
+        An interrupt ends the wait for the file, which is written on. Close again to wait again;
+        the end of Python does.
+        """
+        return self._ends()
+
+    def _ends(self) -> Iterable[Callable[[], object]]:
+        self._is_waited_for = False
+        return self.end, self.wait, self.tell_failure
+
+    @_torsio.all_of
+    def end(self) -> Iterable[Callable[[], object]]:
+        """Have the thread write what is left and end; the knob calls it."""
+        return self._take_rest, self._end
 
     def _take_rest(self) -> None:
-        if self.is_open:
-            self._on_close()
+        source = self._source()
+        if self.is_open and source is not None:
+            self._takes_all = True
+            source.take_rest()
 
     def _end(self) -> None:
+        self._is_open = False
         self._waiting.put(None)
-        if self.is_open:
-            self._worker.join()
+
+    def _disarm(self) -> None:
+        source = self._source()
+        if source is not None:
+            source.disarm()
+
+    def wait(self) -> None:
+        """Wait for the thread; the knob calls it.
+
+        `all_of` calls again what was interrupted, and so may those around it. Then do not wait.
+        """
+        if self._is_waited_for:
+            self._disarm()
+            return
+        self._is_waited_for = True
+        self._worker.join()
+        self._is_waited_for = False
 
     def note(self, kind: str, **values: Any) -> None:
         """Write an event of the program's own: a mark, a condition of an experiment.
@@ -262,9 +324,10 @@ class RecordingFile:
         Values that JSON lacks become text: NaN is "NaN" and infinity "Infinity", as `float` reads
         them.
         """
-        if self.is_open:
+        source = self._source()
+        if self.is_open and source is not None:
             # Encoded here, for it may change, and who wrote it hears that it cannot be.
-            at_ns, message = round(1e9 * self._device_time_s()), {"kind": kind, **values}
+            at_ns, message = round(1e9 * source.device_time_s()), {"kind": kind, **values}
             self.put(self._write_encoded, [("events", at_ns, _encoded(message), time.time_ns())])
         self.tell_failure()
 
@@ -280,7 +343,7 @@ class RecordingFile:
         if self._waiting.empty():
             self._received = samples_received - self.samples
         waiting = samples_received - self._received - self.samples
-        return waiting * TELEMETRY_DTYPE.itemsize <= _MOST_WAITING_BYTES
+        return self._takes_all or waiting * TELEMETRY_DTYPE.itemsize <= _MOST_WAITING_BYTES
 
     def wait_for_room(self, samples_received: int) -> None:
         """Wait until they may, or the file has ended."""
@@ -296,7 +359,27 @@ class RecordingFile:
     # In the thread --------------------------------------------------------------------------
 
     def write(self, samples: Record) -> None:
-        """Write telemetry."""
+        """Write telemetry, but what was written early only once."""
+        if len(samples) == 0:
+            return
+        begin, end = self._early_ticks
+        self._write_rows(samples[samples["tick"] < begin])
+        self.write_early(None)
+        self._write_rows(samples[samples["tick"] >= end])
+
+    def hold_early(self, samples: Record) -> None:
+        """Keep what an interrupted call had: it can still be read, or is written at the end."""
+        self.write_early(None)
+        self._early = samples
+        self._early_ticks = int(samples["tick"][0]), int(samples["tick"][-1]) + 1
+
+    def write_early(self, _: None) -> None:
+        """Write what is held."""
+        if self._early is not None:
+            self._write_rows(self._early)
+            self._early = None
+
+    def _write_rows(self, samples: Record) -> None:
         if len(samples) == 0:
             return
         columns = [samples[name].tolist() for name in COLUMNS]
@@ -350,9 +433,11 @@ class RecordingFile:
 
     def _work(self) -> None:
         try:
+            _writing[id(self)] = self._worker
             self._write_what_waits()
         except BaseException as error:
             self._failure = self._named(error) if isinstance(error, OSError) else error
+        _writing.pop(id(self), None)
 
     def _write_what_waits(self) -> None:
         """Write until the file is closed or cannot be written."""
@@ -363,7 +448,7 @@ class RecordingFile:
                 item: tuple[Callable[[Any], None], Any] | None = (_nothing, None)
                 with contextlib.suppress(Empty):
                     item = self._waiting.get(timeout=max(_FLUSH_S, _LOOK_S))
-                if item is None:
+                if item is None or (item[0] is _nothing and self._source() is None):
                     break
                 write, value = item
                 write(value)
@@ -395,5 +480,5 @@ def _encoded(message: Mapping[str, Any]) -> bytes:
     return json.dumps(plain, separators=(",", ":"), default=str, allow_nan=False).encode()
 
 
-def _nothing(_: None) -> None:
+def _nothing(_: None = None) -> None:
     """Write nothing."""
