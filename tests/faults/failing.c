@@ -27,7 +27,7 @@ static bool has_failed = false;
 static _Thread_local bool takes_half = false;
 
 // From now on the n-th call that touches a file under the folder fails; none for n < 0.
-void fail_files(const char *folder, long n, int error) {
+void fail_files(const char* folder, long n, int error) {
   snprintf(under, sizeof under, "%s", folder);
   calls = 0;
   has_failed = stands = false;
@@ -53,7 +53,7 @@ static bool stand_still(void) {
 long file_calls(void) { return calls; }
 bool file_failed(void) { return has_failed; }
 
-static bool fails(const char *path) {
+static bool fails(const char* path) {
   takes_half = false;
   if (under[0] == '\0' || path == NULL || strncmp(path, under, strlen(under)) != 0) return false;
   if (atomic_fetch_add(&calls, 1) != at) return false;
@@ -79,44 +79,44 @@ static bool fails_fd(int fd) {
 
 #define NEXT(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
 
-#define OPEN(name)                                             \
-  int name(const char *path, int flags, ...) {                 \
-    va_list more;                                              \
-    va_start(more, flags);                                     \
-    const mode_t mode = va_arg(more, mode_t);                  \
-    va_end(more);                                              \
-    return fails(path) ? -1 : NEXT(name)(path, flags, mode);   \
+#define OPEN(name)                                           \
+  int name(const char* path, int flags, ...) {               \
+    va_list more;                                            \
+    va_start(more, flags);                                   \
+    const mode_t mode = va_arg(more, mode_t);                \
+    va_end(more);                                            \
+    return fails(path) ? -1 : NEXT(name)(path, flags, mode); \
   }
 OPEN(open)
 OPEN(open64)
 
-#define OPENAT(name)                                             \
-  int name(int folder, const char *path, int flags, ...) {       \
-    va_list more;                                                \
-    va_start(more, flags);                                       \
-    const mode_t mode = va_arg(more, mode_t);                    \
-    va_end(more);                                                \
+#define OPENAT(name)                                                 \
+  int name(int folder, const char* path, int flags, ...) {           \
+    va_list more;                                                    \
+    va_start(more, flags);                                           \
+    const mode_t mode = va_arg(more, mode_t);                        \
+    va_end(more);                                                    \
     return fails(path) ? -1 : NEXT(name)(folder, path, flags, mode); \
   }
 OPENAT(openat)
 OPENAT(openat64)
 
-#define FOPEN(name)                                            \
-  FILE *name(const char *path, const char *mode) {             \
-    return fails(path) ? NULL : NEXT(name)(path, mode);        \
+#define FOPEN(name)                                     \
+  FILE* name(const char* path, const char* mode) {      \
+    return fails(path) ? NULL : NEXT(name)(path, mode); \
   }
 FOPEN(fopen)
 FOPEN(fopen64)
 
-ssize_t write(int fd, const void *data, size_t size) {
+ssize_t write(int fd, const void* data, size_t size) {
   if (fails_fd(fd)) return -1;
   has_failed |= takes_half;
   return NEXT(write)(fd, data, takes_half ? (size + 1) / 2 : size);
 }
-ssize_t writev(int fd, const struct iovec *data, int count) {
+ssize_t writev(int fd, const struct iovec* data, int count) {
   return fails_fd(fd) ? -1 : NEXT(writev)(fd, data, count);
 }
-ssize_t read(int fd, void *data, size_t size) {
+ssize_t read(int fd, void* data, size_t size) {
   return fails_fd(fd) ? -1 : NEXT(read)(fd, data, size);
 }
 int close(int fd) {
@@ -127,7 +127,7 @@ int close(int fd) {
   errno = failed;
   return -1;
 }
-size_t fwrite(const void *data, size_t size, size_t count, FILE *file) {
+size_t fwrite(const void* data, size_t size, size_t count, FILE* file) {
   return fails_fd(fileno(file)) ? 0 : NEXT(fwrite)(data, size, count, file);
 }
 
@@ -140,24 +140,24 @@ ON(int, ftruncate64, fails_fd(fd), (int fd, off64_t size), (fd, size))
 ON(off_t, lseek, with >= 0 && fails_fd(fd), (int fd, off_t to, int from), (fd, to, from))
 ON(off64_t, lseek64, with >= 0 && fails_fd(fd), (int fd, off64_t to, int from), (fd, to, from))
 ON(int, fchmod, fails_fd(fd), (int fd, mode_t mode), (fd, mode))
-ON(int, chmod, fails(path), (const char *path, mode_t mode), (path, mode))
-ON(int, chown, fails(path), (const char *path, uid_t user, gid_t group), (path, user, group))
-ON(int, unlink, fails(path), (const char *path), (path))
-ON(int, mkdir, fails(path), (const char *path, mode_t mode), (path, mode))
-ON(int, rename, fails(to), (const char *from, const char *to), (from, to))
-ON(int, renameat, fails(to), (int a, const char *from, int b, const char *to), (a, from, b, to))
+ON(int, chmod, fails(path), (const char* path, mode_t mode), (path, mode))
+ON(int, chown, fails(path), (const char* path, uid_t user, gid_t group), (path, user, group))
+ON(int, unlink, fails(path), (const char* path), (path))
+ON(int, mkdir, fails(path), (const char* path, mode_t mode), (path, mode))
+ON(int, rename, fails(to), (const char* from, const char* to), (from, to))
+ON(int, renameat, fails(to), (int a, const char* from, int b, const char* to), (a, from, b, to))
 
 // Allocations: FAIL_ALLOCATION=n, and where FAIL_COUNT says how many there were.
 
-extern void *__libc_malloc(size_t);
-extern void *__libc_calloc(size_t, size_t);
-extern void *__libc_realloc(void *, size_t);
+extern void* __libc_malloc(size_t);
+extern void* __libc_calloc(size_t, size_t);
+extern void* __libc_realloc(void*, size_t);
 static atomic_long allocations = 0;
 static long allocation = -2;  // -2: not asked yet
 
 static bool runs_out(void) {
   if (allocation == -2) {
-    const char *told = getenv("FAIL_ALLOCATION");
+    const char* told = getenv("FAIL_ALLOCATION");
     allocation = told == NULL ? -1 : atol(told);
   }
   if (atomic_fetch_add(&allocations, 1) != allocation) return false;
@@ -165,13 +165,13 @@ static bool runs_out(void) {
   return true;
 }
 
-void *malloc(size_t size) { return runs_out() ? NULL : __libc_malloc(size); }
-void *calloc(size_t count, size_t size) { return runs_out() ? NULL : __libc_calloc(count, size); }
-void *realloc(void *old, size_t size) { return runs_out() ? NULL : __libc_realloc(old, size); }
+void* malloc(size_t size) { return runs_out() ? NULL : __libc_malloc(size); }
+void* calloc(size_t count, size_t size) { return runs_out() ? NULL : __libc_calloc(count, size); }
+void* realloc(void* old, size_t size) { return runs_out() ? NULL : __libc_realloc(old, size); }
 
 __attribute__((destructor)) static void tell(void) {
-  const char *place = getenv("FAIL_COUNT");
-  FILE *file = place == NULL ? NULL : NEXT(fopen)(place, "w");
+  const char* place = getenv("FAIL_COUNT");
+  FILE* file = place == NULL ? NULL : NEXT(fopen)(place, "w");
   if (file == NULL) return;
   fprintf(file, "%ld\n", (long)allocations);
   fclose(file);

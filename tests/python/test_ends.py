@@ -140,6 +140,42 @@ print(kept[-1], knob.is_open)
     assert result.stdout.split() == ["disarmed", "False"], result.stderr
 
 
+@pytest.mark.parametrize(
+    "begin", ["threading.Thread(target=wait).start()", "ThreadPoolExecutor().submit(wait)"]
+)
+def test_exception_that_ends_the_main_thread_disarms_though_a_thread_waits(begin: str) -> None:
+    ended = run(
+        f"""
+from concurrent.futures import ThreadPoolExecutor
+knob = torsio.open("emulated", emulator=paced)
+knob.arm()
+def wait():
+    try:
+        knob.wait_for("fault", timeout_s=1e6)
+    except torsio.Closed:
+        print("closed")
+{begin}
+raise MemoryError
+"""
+    )
+    assert ended.stdout == "closed\n"
+    assert ended.stderr.count("Error") == 1
+
+
+def test_thread_that_outlives_the_main_thread_keeps_its_knob() -> None:
+    ended = run(
+        """
+knob = torsio.open("emulated", emulator=paced)
+knob.arm()
+def go_on():
+    time.sleep(0.5)
+    print(knob.health().state)
+threading.Thread(target=go_on).start()
+"""
+    )
+    assert (ended.stdout, ended.stderr) == ("armed\n", "")
+
+
 def test_watch_that_ends_with_python_waits_for_nobody() -> None:
     done = run("""
 import time, torsio

@@ -181,6 +181,9 @@ def test_interrupt_ends_the_wait_for_a_file_and_the_torque_of_all_knobs(
         armed.extend(one.is_armed for one in made)
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
+    def block(_: object) -> None:
+        written.wait()
+
     def use() -> None:
         with torsio.open(made[0]) as outer, torsio.open(made[1]) as inner:
             for knob in (outer, inner):
@@ -188,7 +191,7 @@ def test_interrupt_ends_the_wait_for_a_file_and_the_torque_of_all_knobs(
                 knob.arm()
             with inner.record_to(path) as recording:
                 disk.append(recording)
-                recording.put(lambda _: written.wait(), [None])
+                recording.put(block, [None])
                 interrupts.start()
                 if is_left_early:
                     raise MemoryError

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import atexit
+import concurrent.futures.thread
+import sys
+import threading
 import warnings
 import weakref
 from collections.abc import Callable, Iterable
@@ -410,8 +413,24 @@ _open_knobs: dict[int, weakref.ref[Knob]] = {}
 @atexit.register
 @_torsio.all_of
 def _close_all() -> Iterable[Callable[[], object]]:
-    """Close all open knobs when the interpreter ends, whatever threads wait."""
+    """Close all open knobs when the interpreter ends, whatever daemon threads wait."""
     knobs = [knob for this in list(_open_knobs.values()) if (knob := this()) is not None]
     disarms = [knob._knob.disarm_to_close for knob in knobs]
     lets_go = [knob._let_go for knob in knobs]  # before any waits for its file
     return [*disarms, *lets_go, *[knob.close for knob in knobs], wait_for_all]
+
+
+def _close_all_early() -> None:
+    """Close them before Python waits for threads, if an exception has ended the main thread."""
+    if not hasattr(sys, "last_value"):  # otherwise they may still need a knob
+        return
+    try:
+        _close_all()
+    except Exception:
+        sys.excepthook(*sys.exc_info())
+
+
+# Private, but `concurrent.futures` needs it too, which registers earlier: the last is called first.
+assert concurrent.futures.thread
+if hasattr(threading, "_register_atexit"):
+    threading._register_atexit(_close_all_early)

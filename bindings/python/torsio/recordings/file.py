@@ -102,7 +102,7 @@ def _plain(value: Any) -> Any:
 
 
 class Source(Protocol):
-    """What a recording is of: a knob, which goes with the last who knows it, and ends the file."""
+    """The knob that is recorded. If it goes, the file ends."""
 
     def device_time_s(self) -> float:
         """Tell the device's time."""
