@@ -186,7 +186,7 @@ GROUPS = {
         ("python", "page"),
         (
             *(*_PYTHON, "studio", "docs/reference", "docs/how-to", "tools"),
-            "tests/recordings.py",
+            *("tests/faults/lines.py", "tests/recordings.py"),
         ),
     ),
     "studies": Group(
