@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Collection, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from tools import usb_ids
 from tools.dev import building, environment, fresh, groups, plans
@@ -23,13 +21,13 @@ from tools.dev.running import (
     Word,
     become,
     become_root,
-    later,
     lock,
     run,
     say,
     succeeds,
     without_aslr,
 )
+from tools.dev.testing import build_tests
 
 # Everything that is made in the tree.
 MADE = (
@@ -82,18 +80,6 @@ def build(presets: Sequence[str]) -> int:
     return 0
 
 
-# System packages that a step of the build of the tests needs, and those who use what it builds.
-_PACKAGES = {
-    "firmware": ("firmware",),
-    "kernels": ("machines",),
-    "page": ("studio", "browser"),
-    "languages": ("languages",),
-    "documents": ("documents",),
-    "making": ("making",),
-    "windows games": ("windows", "players"),
-}
-
-
 def test(arguments: Sequence[str]) -> int:
     """Build what the chosen groups of tests need, and hand over to pytest; see ``plans.py``."""
     plan = plans.plan(arguments)
@@ -108,7 +94,7 @@ def test(arguments: Sequence[str]) -> int:
 def _run_tests(plan: plans.Plan) -> NoReturn:
     say(f"groups of tests: {', '.join(plan.groups)}")
     with lock():
-        _build_tests(plan)
+        build_tests(plan)
     say("running the tests")
     os.environ.update(plan.variables)
     os.environ[groups.BOARDS_VARIABLE] = " ".join(plan.boards)
@@ -121,60 +107,6 @@ def _run_tests(plan: plans.Plan) -> NoReturn:
             PYTHON, "-m", "pytest", "-n", str(WORKERS), "--dist", "worksteal", *plan.arguments
         )
     )
-
-
-def _build_tests(plan: plans.Plan) -> None:
-    needs = plan.needs
-    sources = building.FirmwareSources()
-    beside: list[Future[Any]] = []
-    beside += [building.begin_fetching_kernels()] if "kernels" in needs else []
-    wanted = [name for need, names in _PACKAGES.items() if need in needs for name in names]
-    coming = environment.begin("tests", "game", *wanted)
-    sources.require()
-    if "release" in needs:
-        building.build_preset("release", sources.tinyusb)
-    coming.finish()
-    beside += _begin_beside(needs, sources.tinyusb)
-    _build_packages(needs, sources.tinyusb)
-    # Once for all workers and guests, which otherwise compile every test each. Errors show later.
-    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    collect = ("--collect-only", "-q", "-p", "no:xdist", *plan.arguments)
-    beside += [later(lambda: succeeds(PYTHON, "-m", "pytest", *collect))]
-    _build_firmware(plan, sources.sdk)
-    for step in beside:
-        step.result()
-    if "windows games" in needs:
-        environment.make_players()
-        building.build_windows_games()
-
-
-def _begin_beside(needs: Collection[str], tinyusb: str) -> list[Future[Any]]:
-    """Begin what may run beside the rest: downloads, sanitizers, and the page, by Zig."""
-    beside: list[Future[Any]] = []
-    beside += [building.begin_npm("tests/board")] if "firmware" in needs else []
-    beside += [building.begin_studio()] if "page" in needs else []
-    for preset in ("asan-ubsan", "tsan"):
-        if preset in needs:
-            beside.append(later(functools.partial(building.build_preset, preset, tinyusb)))
-    return beside
-
-
-def _build_firmware(plan: plans.Plan, sdk: str) -> None:
-    if "firmware" in plan.needs:
-        building.build_firmware(sdk, plan.boards)
-        building.build_emulated(plan.boards)
-    if "unguarded" in plan.needs:
-        building.build_unguarded(sdk)
-
-
-def _build_packages(needs: Collection[str], tinyusb: str) -> None:
-    building.build_python(building.TORSIO, tinyusb)
-    if "studies" in needs:
-        building.build_python(building.STUDIES, tinyusb)
-    if "hardware" in needs:
-        building.build_python(building.HARDWARE, tinyusb)
-    if "making" in needs:
-        environment.make_hardware()
 
 
 def hardware(arguments: Sequence[str]) -> int:
