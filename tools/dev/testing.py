@@ -1,4 +1,4 @@
-"""What must be built before tests run, in the order in which it can be."""
+"""Builds what tests need before they run, in the order in which it can be built."""
 
 from __future__ import annotations
 
