@@ -25,7 +25,11 @@ bool Session::close(bool disarm_first) noexcept {
     device.events.close();
     return true;
   }
-  if (disarm_first) disarm_quietly();
+  if (disarm_first) {
+    device.forbid_arming();
+    disarm_quietly();
+    if (device.outlast_arming()) disarm_quietly();
+  }
   link.stop();
   device.events.close();
   link.let_go();
@@ -33,12 +37,6 @@ bool Session::close(bool disarm_first) noexcept {
 }
 
 void Session::disarm_quietly() noexcept {
-  device.forbid_arming();
-  order_to_disarm();
-  if (device.outlast_arming()) order_to_disarm();
-}
-
-void Session::order_to_disarm() noexcept {
   if (!device.may_drive()) return;
   const Link::Unasked unasked(link);
   const bool was_lost = link.was_lost();

@@ -31,7 +31,7 @@ class Session : private Link::Receiver {
   /// for the device, not long, and for an event's callback that runs. @returns false if the way did
   /// not take the order to disarm
   bool close(bool disarm_first) noexcept;
-  /// The first of it: the torque off, for good. Asks nobody, throws nothing.
+  /// The first of it: the torque off. Asks nobody, throws nothing.
   void disarm_quietly() noexcept;
 
   /// Units of what the device sends.
@@ -44,7 +44,6 @@ class Session : private Link::Receiver {
   SampleFeed samples;
 
  private:
-  void order_to_disarm() noexcept;
   bool take(const protocol::ReportBytes& report) override;
   void lose() override { device.lose(); }
   [[nodiscard]] bool is_armed() const override { return device.is_armed(); }

@@ -151,6 +151,16 @@ def _pester(stop: threading.Event) -> None:
         os.kill(os.getpid(), signal.SIGUSR1)
 
 
+def test_knob_can_be_armed_again_after_an_exception_has_left_a_recording(tmp_path: Path) -> None:
+    with torsio.open("emulated") as knob:
+        knob.arm()
+        with pytest.raises(ValueError, match="mine"), knob.record_to(tmp_path / "x.mcap"):
+            raise ValueError("mine")
+        assert knob.state == "disarmed"
+        knob.arm()
+        assert knob.state == "armed"
+
+
 def test_interrupted_close_of_a_recording_can_be_repeated(tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
     with torsio.open("emulated") as knob:
