@@ -156,7 +156,7 @@ def test_knob_can_be_armed_again_after_an_exception_has_left_a_recording(tmp_pat
         knob.arm()
         with pytest.raises(ValueError, match="mine"), knob.record_to(tmp_path / "x.mcap"):
             raise ValueError("mine")
-        assert knob.state == "disarmed"
+        assert knob.health().state == "disarmed"
         knob.arm()
         assert knob.state == "armed"
 
