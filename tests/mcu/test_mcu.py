@@ -12,7 +12,7 @@ from firmware.protocol.definition import costs
 from tests.mcu import mcu
 from tests.mcu.mcu import CHIPS
 from tools import firmware_report, stack_bound, uf2
-from torsio.trading.answers import board_shares
+from torsio.trading.found import board_shares
 
 BUDGETS = costs.INSTRUCTIONS
 # Each run counts the same, so a tick may be above its budget by hardly more than rounding.

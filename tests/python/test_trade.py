@@ -21,7 +21,8 @@ from torsio.closed_loop import LoopOptions, simulate
 from torsio.printed.config import ControlConfig, Law
 from torsio.trading import Trade, answers
 from torsio.trading import extremes as stretching
-from torsio.trading.answers import _in_batch, _row, board_shares, pasteable
+from torsio.trading.answers import _in_batch, _row
+from torsio.trading.found import board_shares, pasteable
 from torsio.trading.runs import PARTS, Kept, Runs, Variant
 from torsio.trading.sources import EVERYTHING, configured, options_of
 from torsio.trading.visits import (

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-import sys
 import threading
 import time
 import weakref
@@ -24,10 +23,8 @@ from torsio.common.whole_file import beside
 from torsio.common.worker import Worker, exhaust
 from torsio.errors import Error, MalformedReport
 from torsio.printed.told import Energies
+from torsio.recordings.stream import Stream, check_unwritten
 from torsio.telemetry import TELEMETRY_DTYPE, Record
-
-if sys.platform != "win32":  # which moves no file over an open one
-    import fcntl
 
 __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile"]
 __all__ += ["Source", "missing", "wait_for_all"]
@@ -114,52 +111,6 @@ class Source(Protocol):
         """Order torque off, as `torsio.Knob.close` does first."""
 
 
-class _Stream:
-    """MCAP's writer writes to this: first a place beside the file, then the file itself."""
-
-    def __init__(self, place: Path) -> None:
-        self._file = place.open("wb")
-        self._size = 0  # a pipe does not tell it
-
-    def write(self, data: bytes) -> int:
-        self._size += len(data)
-        return self._file.write(data)
-
-    def tell(self) -> int:
-        return self._size
-
-    def flush(self) -> None:
-        self._file.flush()
-
-    def close(self) -> None:
-        _lock(self._file, "LOCK_UN")  # a forked child may have it open
-        self._file.close()
-
-    def go_on(self, path: Path) -> None:
-        self._file = path.open("ab")
-        _lock(self._file, "LOCK_EX")
-
-
-def _lock(file: BinaryIO, how: str) -> None:
-    """Lock a file, unless its disk has no locks. Raises `BlockingIOError` if another one has it."""
-    if sys.platform != "win32" and not file.closed:
-        try:
-            fcntl.flock(file, getattr(fcntl, how) | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise
-        except OSError:
-            pass
-
-
-def _check_unwritten(path: Path) -> None:
-    """Raise `Error` if a recording writes this file, here or in another process."""
-    with contextlib.suppress(FileNotFoundError, PermissionError), path.open("rb") as file:
-        try:
-            _lock(file, "LOCK_SH")
-        except BlockingIOError:
-            raise Error(f"another recording is being written to {path}: close it first") from None
-
-
 _writing: Final[dict[int, Worker]] = {}
 
 
@@ -205,7 +156,7 @@ class RecordingFile:
         self._host_minus_device_ns = time.time_ns() - round(1e9 * source.device_time_s())
         self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
         metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
-        self._file: _Stream | None = None
+        self._file: Stream | None = None
         self._channels: dict[str, int] = {}
         self._newest_ns = 0  # newest sample
         self._restarts_from_ns = 0  # distance of samples before a restart of telemetry
@@ -223,7 +174,7 @@ class RecordingFile:
         try:
             with _PLACING:
                 with beside(self.path) as place:
-                    self._file = _Stream(place)
+                    self._file = Stream(place)
                     self._writer = Writer(
                         cast(BinaryIO, self._file),
                         chunk_size=_CHUNK_BYTES,
@@ -232,7 +183,7 @@ class RecordingFile:
                     self._begin(metadata)
                     is_beside = place != self.path.resolve()
                     if is_beside:
-                        _check_unwritten(self.path)
+                        check_unwritten(self.path)
                         self._file.close()  # for Windows moves no file that is open
                 if is_beside:
                     self._file.go_on(self.path)

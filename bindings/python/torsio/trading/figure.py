@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from torsio.common.drawing import BLACK, BLUE, GREY, ORANGE, TEXT, WALL_FILL, drawn
 from torsio.common.whole_file import beside
-from torsio.trading.answers import Row, Trade
+from torsio.trading.found import Row, Trade
 from torsio.trading.runs import HIGHEST_HZ
 
 __all__ = ["panel", "save_figure"]

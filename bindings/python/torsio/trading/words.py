@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from torsio import perception
-from torsio.trading.answers import BoardShare, Row, Trade
+from torsio.trading.found import BoardShare, Row, Trade
 from torsio.trading.runs import HIGHEST_HZ, RATES_HZ
 
 __all__ = ["as_dict", "lines"]
