@@ -22,9 +22,16 @@ export class MalformedReport extends Error {
   }
 }
 
-const SIZES: Record<Scalar, number> = {
-  u8: 1, u16: 2, u32: 4, u64: 8, i8: 1, i16: 2, i32: 4, i64: 8, f32: 4,
+/** What a DataView calls them. */
+const KINDS: Record<Scalar, string> = {
+  u8: "Uint8", u16: "Uint16", u32: "Uint32", u64: "BigUint64", i8: "Int8", i16: "Int16", i32: "Int32", i64: "BigInt64",
+  f32: "Float32",
 };
+type Access = Record<string, (at: number, ...rest: unknown[]) => number | bigint>;
+
+function bitsOf(type: Scalar): number {
+  return Number(type.slice(1));
+}
 
 const BY_ID = new Map(Object.entries(REPORTS).map(([name, report]) => [report.id, name]));
 
@@ -36,7 +43,7 @@ export function described(name: string): Report {
 
 /** Bytes of a field, all its elements together. */
 export function sizeOf(field: Field): number {
-  const one = field.fields ? field.fields.reduce((sum, inner) => sum + sizeOf(inner), 0) : field.wire ? SIZES[field.type!] : 0;
+  const one = field.fields ? field.fields.reduce((sum, inner) => sum + sizeOf(inner), 0) : field.wire ? bitsOf(field.type!) / 8 : 0;
   return one * (field.count ?? 1);
 }
 
@@ -51,44 +58,19 @@ export function nameOf(id: number): string | undefined {
   return BY_ID.get(id);
 }
 
-function putWide(view: DataView, at: number, type: "u64" | "i64", whole: bigint): void {
-  const fits = type === "u64" ? BigInt.asUintN(64, whole) : BigInt.asIntN(64, whole);
-  if (fits !== whole) throw new RangeError(`${whole} does not fit into ${type}`);
-  view.setBigUint64(at, BigInt.asUintN(64, whole), true);
-}
-
-function put(view: DataView, at: number, type: Scalar, value: Value | undefined): void {
-  const number = value ?? 0;
-  if (type === "u64" || type === "i64") return putWide(view, at, type, BigInt(number as number | bigint | string));
-  const plain = Number(number);
-  if (type === "f32") return view.setFloat32(at, plain, true);
-  const bits = 8 * SIZES[type];
-  const low = type[0] === "i" ? -(2 ** (bits - 1)) : 0;
-  if (!Number.isInteger(plain) || plain < low || plain >= low + 2 ** bits) {
-    throw new RangeError(`${plain} does not fit into ${type}`);
+function put(view: DataView, at: number, type: Scalar, value: Value = 0): void {
+  let written: unknown = Number(value);
+  if (type !== "f32") {
+    const whole = typeof value !== "number" || Number.isInteger(value) ? BigInt(value as string) : undefined;
+    const bits = bitsOf(type), fits = type[0] === "u" ? BigInt.asUintN : BigInt.asIntN;
+    if (whole === undefined || fits(bits, whole) !== whole) throw new RangeError(`${value} does not fit into ${type}`);
+    if (bits === 64) written = whole;
   }
-  switch (type) {
-    case "u8": return view.setUint8(at, plain);
-    case "u16": return view.setUint16(at, plain, true);
-    case "u32": return view.setUint32(at, plain, true);
-    case "i8": return view.setInt8(at, plain);
-    case "i16": return view.setInt16(at, plain, true);
-    case "i32": return view.setInt32(at, plain, true);
-  }
+  (view as unknown as Access)[`set${KINDS[type]}`]!(at, written, true);
 }
 
 function get(view: DataView, at: number, type: Scalar): number | bigint {
-  switch (type) {
-    case "u8": return view.getUint8(at);
-    case "u16": return view.getUint16(at, true);
-    case "u32": return view.getUint32(at, true);
-    case "u64": return view.getBigUint64(at, true);
-    case "i8": return view.getInt8(at);
-    case "i16": return view.getInt16(at, true);
-    case "i32": return view.getInt32(at, true);
-    case "i64": return view.getBigInt64(at, true);
-    case "f32": return view.getFloat32(at, true);
-  }
+  return (view as unknown as Access)[`get${KINDS[type]}`]!(at, true);
 }
 
 function numbered(field: Field, value: Value | undefined): Value | undefined {
@@ -122,7 +104,7 @@ export function encode(name: string, values: Values = {}): Uint8Array {
           write(field.fields, (one ?? {}) as Values);
         } else {
           put(view, at, field.type!, numbered(field, one));
-          at += SIZES[field.type!];
+          at += bitsOf(field.type!) / 8;
         }
       }
     }
@@ -158,7 +140,7 @@ export function decode(bytes: Uint8Array): { name: string; values: Values } {
       const one = (): Value => {
         if (field.fields) return read(field.fields);
         const value = get(view, at, field.type!);
-        at += SIZES[field.type!];
+        at += bitsOf(field.type!) / 8;
         if (field.type === "f32" && !Number.isFinite(value)) {
           throw new MalformedReport(name, "not_finite", index);
         }
