@@ -98,7 +98,10 @@ class Interrupts:
         before = signal.signal(signal.SIGINT, self._handle)
         self._thread.start()
         try:
-            act()
+            try:
+                act()
+            finally:
+                self._ended.set()  # where one more may come
         finally:
             self._ended.set()
             self._thread.join()
