@@ -42,7 +42,6 @@ ERRORS = {
     "blocks": -1,  # until a signal, or in another thread for good
     "slow": -2,
 }
-UNWAITED = ("firmware update",)  # its stand-in's own files stand still too
 INTERRUPTS = 4  # leave the program's lines, end the wait; two come while it does what it must
 
 
@@ -332,8 +331,6 @@ def main(every: int, names: list[str]) -> None:
     for name in names or SCENARIOS:
         _, count = trial(failing, SCENARIOS[name], -1, 0)
         for kind, error in ERRORS.items():
-            if error < 0 and name in UNWAITED:
-                continue
             for at in range(0, count, every):
                 said, done = trial(failing, SCENARIOS[name], at, error)
                 if done:  # a call that is no write is not half done
