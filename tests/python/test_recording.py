@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import re
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -533,6 +535,26 @@ def test_reports_before_a_cable_is_pulled_are_in_the_recording(
     with (tmp_path / "pulled.mcap").open("rb") as stream:
         reports = make_reader(stream).iter_messages(topics=["reports"])
         assert "event" in [json.loads(message.data)["name"] for *_, message in reports]
+
+
+def test_recording_that_waits_for_a_reader_of_its_pipe_holds_up_no_other(
+    knob: torsio.Knob, tmp_path: Path
+) -> None:
+    pipe, begun = tmp_path / "pipe", threading.Event()
+    os.mkfifo(pipe)
+
+    def begin() -> None:
+        with torsio.open("emulated") as other, other.record_to(tmp_path / "x.mcap"):
+            begun.set()
+
+    waits = threading.Thread(target=lambda: knob.record_to(pipe), daemon=True)
+    waits.start()
+    threading.Thread(target=begin, daemon=True).start()
+    is_begun = begun.wait(20.0)
+    with pipe.open("rb"):
+        waits.join()
+        knob.close()
+    assert is_begun
 
 
 def test_two_recordings_do_not_share_a_file(knob: torsio.Knob, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import asdict, fields, is_dataclass
 from itertools import repeat
 from pathlib import Path
@@ -36,7 +37,8 @@ LoggedReport: TypeAlias = tuple[int, bool, bytes]
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
-_PLACING: Final = threading.RLock()  # a signal's handler may begin another one
+# One for each file, for a pipe or a disk may hang; a signal's handler may begin another recording.
+_PLACING: Final[dict[Path, AbstractContextManager[bool]]] = {}
 # Most bytes of telemetry that wait for the disk.
 _MOST_WAITING_BYTES: Final = 64 * 1024 * 1024
 TOPICS: Final = (
@@ -172,7 +174,8 @@ class RecordingFile:
         self._is_waited_for = False
         self._worker = Worker(self._work)
         try:
-            with _PLACING:
+            file = self.path.resolve()
+            with _PLACING.setdefault(file, threading.RLock()):
                 with beside(self.path) as place:
                     self._file = Stream(place)
                     self._writer = Writer(
@@ -181,7 +184,7 @@ class RecordingFile:
                         compression=CompressionType.ZSTD,
                     )
                     self._begin(metadata)
-                    is_beside = place != self.path.resolve()
+                    is_beside = place != file
                     if is_beside:
                         check_unwritten(self.path)
                         self._file.close()  # for Windows moves no file that is open
