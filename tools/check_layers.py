@@ -162,6 +162,11 @@ RULES = (
         others="hidapi",
     ),
     Rule(
+        "sdk/conversion/scene.cpp",
+        "scenes; the device's own check, in words",
+        (*FIRMWARE[:3], "conversion", "torsio"),
+    ),
+    Rule(
         "sdk/conversion/stability.cpp",
         "how stiff a wall can be, computed as on the device",
         (*FIRMWARE[:3], "conversion"),

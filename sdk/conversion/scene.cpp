@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <string>
 #include <string_view>
 #include <variant>
 
 #include "conversion/convert.hpp"
 #include "conversion/turns.hpp"
+#include "core/angle.hpp"
+#include "device/prepare.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio::conversion {
@@ -15,39 +18,14 @@ namespace {
 
 [[noreturn]] void refuse(std::string_view what) { throw InvalidArgument(std::string(what)); }
 
-void check_timing(const Timing& in) {
-  if (in.duration_s > 0.0 && in.attack_s + in.fade_s > in.duration_s) {
-    refuse("attack_s and fade_s together are " + number_text(in.attack_s + in.fade_s) +
-           " s, longer than duration_s, which is " + number_text(in.duration_s) + " s");
-  }
-  if (in.duration_s == 0.0 && in.fade_s > 0.0) {
-    refuse("fade_s is " + number_text(in.fade_s) +
-           " s but duration_s is 0: an endless effect cannot fade, give it a duration");
-  }
-}
-
-/// Rules across fields and against the device, one function for each effect that has any. They fill
-/// in what does not travel under its own name.
+/// What does not travel under its own name, and ranges that depend on the device, one function for
+/// each effect that has any.
 class Rules {
  public:
   Rules(const SceneLimits& limits, std::vector<float>& pool) : limits_(limits), pool_(pool) {}
 
   template <class Host, class Wire>
-  void apply(const Host& in, Wire&) {
-    if constexpr (requires { in.timing; }) check_timing(in.timing);
-  }
-
-  void apply(const Ramp& in, protocol::Ramp&) {
-    if (in.timing.duration_s == 0.0) refuse("duration_s is 0, but a ramp needs a duration");
-    check_timing(in.timing);
-  }
-
-  void apply(const Periodic& in, protocol::Periodic&) {
-    check_frequency(in.frequency_hz, 0.0);
-    check_timing(in.timing);
-  }
-
-  void apply(const Impact& in, protocol::Impact&) { check_frequency(in.frequency_hz, 1.0); }
+  void apply(const Host&, Wire&) {}
 
   /// Notches in a turn as 2^-32.
   void apply(const Detents& in, protocol::Detents& wire) {
@@ -72,13 +50,6 @@ class Rules {
           (counted_q32 > kMostQ32 ? "" : " (a notch takes at least two counts of this encoder)"));
     }
     wire.per_turn_q32 = static_cast<std::uint64_t>(q32);
-  }
-
-  void apply(const EndStops& in, protocol::EndStops&) {
-    if (in.upper_rad < in.lower_rad) {
-      refuse("upper_rad is " + number_text(in.upper_rad) + ", below lower_rad, which is " +
-             number_text(in.lower_rad));
-    }
   }
 
   void apply(const Texture& in, protocol::Texture&) {
@@ -108,14 +79,44 @@ class Rules {
     }
   }
 
+  /// Asks the device whether the fields go together.
+  template <class Host, class Wire>
+  void ask(const Host& in, const Wire& wire) const {
+    core::Effect prepared;
+    const protocol::Verdict verdict = device::prepare(
+        wire, core::make_resolution(limits_.counts_per_rev, limits_.control_period_ns), prepared);
+    if (!verdict.ok()) refuse(told(in, protocol::field_name<Wire>(verdict.field)));
+  }
+
  private:
-  void check_frequency(double frequency_hz, double lowest_hz) const {
-    const double highest_hz = 0.5e9 / limits_.control_period_ns;
-    if (frequency_hz > highest_hz) {
-      refuse("frequency_hz is " + number_text(frequency_hz) + ", allowed are " +
-             number_text(lowest_hz) + " to " + number_text(highest_hz) +
-             " Hz (half of this device's control rate)");
+  template <class Host>
+  [[nodiscard]] std::string told(const Host& in, std::string_view field) const {
+    if constexpr (requires { in.timing; }) {
+      const Timing& timing = in.timing;
+      if (field == "fade_s") {
+        return "fade_s is " + number_text(timing.fade_s) +
+               " s but duration_s is 0: an endless effect cannot fade, give it a duration";
+      }
+      if (field == "duration_s" && timing.duration_s == 0.0) {
+        return "duration_s is 0, but a ramp needs a duration";
+      }
+      if (field == "duration_s") {
+        return "attack_s and fade_s together are " + number_text(timing.attack_s + timing.fade_s) +
+               " s, in whole ticks longer than duration_s, which is " +
+               number_text(timing.duration_s) + " s";
+      }
     }
+    if constexpr (requires { in.upper_rad; }) {
+      return "upper_rad is " + number_text(in.upper_rad) + ", below lower_rad, which is " +
+             number_text(in.lower_rad);
+    }
+    if constexpr (requires { in.frequency_hz; }) {
+      return "frequency_hz is " + number_text(in.frequency_hz) + ", allowed are " +
+             (std::same_as<Host, Impact> ? "1" : "0") + " to " +
+             number_text(0.5e9 / limits_.control_period_ns) +
+             " Hz (half of this device's control rate)";
+    }
+    return std::string(field) + " does not go with the other fields";
   }
 
   [[nodiscard]] std::uint64_t span_turns_q32(double span_rad) const {
@@ -157,6 +158,7 @@ ConvertedScene to_wire(const Scene& scene, const SceneLimits& limits) {
       convert_fields(effect, wire);
       wire.target.slot = slot;
       check_fields(wire);
+      rules.ask(effect, wire);
       converted.effects.emplace_back(wire);
     } catch (const InvalidArgument& error) {
       throw InvalidArgument("effect " + std::to_string(slot) + " (" +

@@ -253,6 +253,9 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
       {Constant{.torque_nm = 0, .timing = {.fade_s = 1}}, {"fade_s", "duration"}},
       {Constant{.torque_nm = 0, .timing = {.duration_s = 1, .attack_s = 0.6, .fade_s = 0.6}},
        {"attack_s", "fade_s"}},
+      // Each is half a tick of this device, and rounded up.
+      {Constant{.torque_nm = 0, .timing = {.duration_s = 1e-3, .attack_s = 5e-4, .fade_s = 5e-4}},
+       {"in whole ticks longer than duration_s"}},
       {Ramp{.start_torque_nm = 0, .end_torque_nm = 0.1}, {"ramp", "duration_s is 0"}},
       {Periodic{.amplitude_nm = 0, .frequency_hz = 501},
        {"periodic", "frequency_hz is 501", "0 to 500 Hz"}},
@@ -265,7 +268,8 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
       {Detents{.per_turn = 4097}, {"per_turn is 4097", "4096", "two counts"}},
       {Detents{.pitch_rad = kNan}, {"pitch_rad is not a number"}},
       {Detents{.per_turn = 24, .torque_nm = 0, .width = 0}, {"width is 0"}},
-      {EndStops{.lower_rad = 1, .upper_rad = 0}, {"end_stops", "upper_rad is 0", "lower_rad"}},
+      {EndStops{.lower_rad = 1, .upper_rad = 0, .stiffness_nm_per_rad = 1},
+       {"end_stops", "upper_rad is 0", "lower_rad"}},
       {EndStops{.lower_rad = kNan, .upper_rad = 1}, {"lower_rad is not a number"}},
       {Texture{.grains_per_turn = 0}, {"texture", "grains_per_turn is 0", "1 to 4096"}},
       {Texture{.grains_per_turn = -5}, {"grains_per_turn is -5"}},
@@ -289,13 +293,16 @@ TEST_CASE("the whole range of every limit is accepted") {
   const EncodedScene scene = encode_scene(
       {Wall{.angle_rad = 4e8, .stiffness_nm_per_rad = 1e6, .damping_nm_s_per_rad = 1e3},
        Wall{.angle_rad = -4e8, .side = Side::below, .stiffness_nm_per_rad = 0},
-       Constant{.torque_nm = -100}, Friction{.torque_nm = 0, .stiffness_nm_per_rad = 1e-6},
+       Constant{.torque_nm = -100},
+       // 0.1 + 0.2 is above 0.3 in doubles, not in ticks.
+       Constant{.torque_nm = 100, .timing = {.duration_s = 0.3, .attack_s = 0.1, .fade_s = 0.2}},
+       Friction{.torque_nm = 0, .stiffness_nm_per_rad = 1e-6},
        Detents{.per_turn = 4096, .torque_nm = 100, .width = 0.01},
        Texture{.grains_per_turn = 4096, .torque_nm = 0},
        Periodic{.amplitude_nm = 0, .frequency_hz = 500, .phase_turns = 1},
        Impact{.frequency_hz = 500},
        Curve{.torque_nm = std::vector<double>(1024, 100.0), .span_rad = 800}});
-  CHECK(scene.slots.size() == 9);
+  CHECK(scene.slots.size() == 10);
   CHECK(scene.pieces.size() == 79);
 }
 
