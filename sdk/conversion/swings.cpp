@@ -88,6 +88,10 @@ double friction_nm_per_rad(const core::Parts& parts, double swing_rad) {
   return kTrusted * 8.0 / kTwoPi * double{parts.knob_coulomb_nm} / swing_rad;
 }
 
+/// What a count must switch, to either side, before few weights find a place to rest. Virtual
+/// inertia has no part in it: friction ends such a hum nearly always.
+double heard_nm(const core::Parts& parts) { return 1.2 * double{parts.knob_coulomb_nm}; }
+
 /// From one tone to the next; the last is half the control's rate.
 double tone_step(const core::Parts& parts) {
   const double fastest_rad_s = 0.5 * kTwoPi / double{parts.period_s};
@@ -102,7 +106,9 @@ bool surely_rest(const core::Parts& parts, double stiffness_nm_per_rad) {
   constexpr double kOfCounts = 1.51;
   constexpr double kOfLimit = 4.0 / std::numbers::pi;
   const double motor_nm = double{parts.motor_torque_max_nm};
-  const double step_nm = 0.5 * kOfCounts * stiffness_nm_per_rad * double{parts.rad_per_count};
+  const double count_nm = stiffness_nm_per_rad * double{parts.rad_per_count};
+  if (0.5 * count_nm > heard_nm(parts)) return false;
+  const double step_nm = 0.5 * kOfCounts * count_nm;
   const double more = 1.0 / std::max(1.0 - step_nm / motor_nm, 0.01);
   const double spring = double{parts.spring_stiffness_nm_per_rad};
   const double share = double{parts.brake_share};
@@ -221,10 +227,25 @@ class Loop {
     for (const std::int64_t place : played.places) look_round(place);
   }
 
+  /// Whether the motor drives a knob to and fro over the edge of a count. The device sees a square
+  /// wave of one count, however little the knob moves.
+  [[nodiscard]] bool hums() const {
+    const double count_rad = double{parts_.rad_per_count};
+    const Swing swing = make_swing(2.0 / std::numbers::pi * count_rad, true);
+    return std::any_of(tones_.begin(), tones_.end(), [&](Tone tone) {
+      tone.acceleration = 0.0;
+      const Complex pushes_nm = swing.rad * follow(swing, tone) * tone.late;
+      const double wide_rad =
+          pushes_nm.real() / (double{parts_.knob_inertia_kg_m2} * tone.rad_s * tone.rad_s);
+      return wide_rad > 0.0 && wide_rad < 0.5 * count_rad &&
+             -pushes_nm.imag() > 4.0 / std::numbers::pi * heard_nm(parts_);
+    });
+  }
+
   [[nodiscard]] bool swings() const {
     for (double swing_rad = 0.5 * double{parts_.rad_per_count}; swing_rad < kWidestRad;
          swing_rad *= 1.2) {
-      const Swing swing = make_swing(swing_rad);
+      const Swing swing = make_swing(swing_rad, false);
       // By Nyquist's criterion: what grows turns it the other way round.
       double turned_rad = 0.0;
       Complex pushes;
@@ -302,17 +323,39 @@ class Loop {
     return where->begin_counts + std::llround(counts_of_sample(static_cast<double>(middle)));
   }
 
+  /// The count from which the next switches most.
+  [[nodiscard]] std::int64_t steepest_count() const {
+    const std::int64_t middle = steepest(0.0);
+    const std::int64_t around = std::llround(counts_of_sample(1.0)) + 1;
+    std::int64_t steepest = middle;
+    double most_nm = 0.0;
+    for (std::int64_t count = middle - around; count <= middle + around; ++count) {
+      core::SceneState state;
+      core::Motion motion{.position_counts = count};
+      const double here_nm = played_.torque_nm(state, motion);
+      ++motion.position_counts;
+      motion.delta_rad = parts_.rad_per_count;
+      const double nm = here_nm - played_.torque_nm(state, motion);
+      if (nm > most_nm) steepest = count;
+      most_nm = std::max(most_nm, nm);
+    }
+    return steepest;
+  }
+
   /// A swing round the steepest place. The scene's memory depends on the way alone, so once round
   /// is enough for all tones.
-  [[nodiscard]] Swing make_swing(double swing_rad) const {
+  [[nodiscard]] Swing make_swing(double swing_rad, bool in_a_count) const {
     Swing swing{.rad = swing_rad};
     core::Motion motion;
-    const std::int64_t middle_counts = motion.position_counts = steepest(swing_rad);
+    const std::int64_t middle_counts = in_a_count ? steepest_count() : steepest(swing_rad);
+    motion.position_counts = middle_counts;
     swing.rest_nm = played_.torque_nm(swing.state, motion);
     for (std::size_t i = 0; i < phases_.size(); ++i) {
       const std::int64_t before = motion.position_counts;
-      motion.position_counts = middle_counts + std::llround(swing_rad * phases_.at(i).imag() /
-                                                            double{parts_.rad_per_count});
+      const double way = phases_.at(i).imag();
+      const double counts =
+          in_a_count ? (way > -0.1 ? 1.0 : 0.0) : swing_rad * way / double{parts_.rad_per_count};
+      motion.position_counts = middle_counts + std::llround(counts);
       motion.delta_rad = static_cast<float>(motion.position_counts - before) * parts_.rad_per_count;
       if (i < kPhases) {
         static_cast<void>(played_.torque_nm(swing.state, motion));
@@ -325,7 +368,7 @@ class Loop {
 
   /// The device's answer to the knob's swing, as a share of it: the describing function of scene
   /// and motor.
-  [[nodiscard]] Complex push(const Swing& swing, const Tone& tone) const {
+  [[nodiscard]] Complex follow(const Swing& swing, const Tone& tone) const {
     core::SceneState state = swing.state;
     const double motor_nm = double{parts_.motor_torque_max_nm};
     Complex sum;
@@ -338,10 +381,14 @@ class Loop {
       const double nm = played_.torque_nm(state, motion) - swing.rest_nm;
       sum += std::clamp(nm, -motor_nm, motor_nm) * std::conj(phase);
     }
-    const Complex pushes = sum * Complex(0.0, -2.0 / (kPhases * swing.rad));
+    return sum * Complex(0.0, -2.0 / (kPhases * swing.rad));
+  }
+
+  [[nodiscard]] Complex push(const Swing& swing, const Tone& tone) const {
+    const Complex pushes = follow(swing, tone);
     // (8'): a count is a step of the torque.
     const double step_nm = 0.5 * std::abs(pushes) * double{parts_.rad_per_count};
-    return pushes / std::max(1.0 - step_nm / motor_nm, 0.01);
+    return pushes / std::max(1.0 - step_nm / double{parts_.motor_torque_max_nm}, 0.01);
   }
 
   [[nodiscard]] Complex at(Complex pushes, double swing_rad, const Tone& tone) const {
@@ -379,11 +426,16 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
   }
   const Played played(reports, resolution, bounds);
   if (!played.plays) return {};
-  if (!Loop(played, parts, double{control.speed_bandwidth_hz}).swings()) return {};
+  const Loop loop(played, parts, double{control.speed_bandwidth_hz});
+  const bool swings = loop.swings();
+  if (!swings && !loop.hums()) return {};
   const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
-  return "let go, the knob may swing in this for ever: together the effects are stiffer, damp more "
-         "or have more inertia than its parts can render at " +
-         rate_hz + " Hz; ask for less" +
+  return (swings ? "let go, the knob may swing in this for ever: together the effects are stiffer, "
+                   "damp more or have more inertia than its parts can render at " +
+                       rate_hz + " Hz"
+                 : "at rest the knob may hum in this: a count of its encoder switches more torque "
+                   "than its friction holds") +
+         "; ask for less" +
          (bounds ? ", because no law bounds a local model"
                  : ", or set the law 'calibrated', which bounds a scene");
 }

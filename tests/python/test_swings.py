@@ -18,6 +18,7 @@ import pytest
 import torsio
 from tests.bench import bench_swings
 from tests.bench.bench_swings import Case
+from torsio.perception import VIBRATION_NM
 from torsio.printed.config import Law
 from torsio.printed.scenes import Effect
 
@@ -151,13 +152,28 @@ def test_place_does_not_matter_but_what_is_there() -> None:
 
 
 @pytest.mark.parametrize("rate_hz", [1e3, 4e3, 1e4, 2e4])
-def test_single_spring_is_warned_of_near_its_limit(rate_hz: float) -> None:
+@pytest.mark.parametrize(("share", "swings"), [(0.85, False), (1.2, True)])
+def test_single_spring_is_warned_of_near_its_limit(
+    rate_hz: float, share: float, swings: bool
+) -> None:
     with torsio.open("emulated", emulator=torsio.EmulatorOptions(control_rate_hz=rate_hz)) as knob:
         limit = knob.stable_stiffness().stiffness_nm_per_rad
-        spring = torsio.Spring(stiffness_nm_per_rad=0.85 * limit)
-        assert warned(lambda: knob.play(spring)) == []
-        spring = torsio.Spring(stiffness_nm_per_rad=1.2 * limit)
-        assert len(warned(lambda: knob.play(spring))) == 1
+        spring = torsio.Spring(stiffness_nm_per_rad=share * limit)
+        texts = warned(lambda: knob.play(spring))
+        assert any("may swing" in text for text in texts) == swings
+
+
+@pytest.mark.parametrize("law", ["paper", "motor_only", "compensated"])
+@pytest.mark.parametrize(("share", "hums"), [(0.9, False), (1.8, True)])
+def test_count_that_switches_more_than_friction_hums_and_is_warned_of(
+    law: Law, share: float, hums: bool
+) -> None:
+    plant = torsio.PlantParams(counts_per_rev=8192, motor_time_constant_s=4.4e-5)
+    stiffness = 2.0 * share * plant.knob_coulomb_nm * 8192 / (2.0 * math.pi)
+    case = Case([torsio.Spring(stiffness_nm_per_rad=stiffness)], plant, law, 2e4)
+    _, loud_nm = bench_swings.motion_of(case, [(0.5, 1e-3 * weight) for weight in range(9, 18)])
+    assert (loud_nm > VIBRATION_NM) == hums
+    assert ("may hum" in bench_swings.warning_of(case)) == hums
 
 
 def test_configuration_that_has_changed_is_asked_for_anew() -> None:
@@ -177,6 +193,7 @@ def test_few_random_scenes_are_judged_wrongly(capsys: pytest.CaptureFixture[str]
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told["swing"] >= 10
     assert told["unwarned"] <= 1
+    assert told["hum_unwarned"] <= 1
     assert told["warned"] <= 0.25 * told["rest"]
 
 

@@ -121,7 +121,7 @@ class SceneWarning(UserWarning):
 
 
 class StiffnessWarning(UserWarning):
-    """Let go, the knob may swing for ever in what it plays: more than its parts can render."""
+    """Let go, the knob may swing or hum for ever: it plays more than its parts can render."""
 
 
 class MalformedReport(InvalidArgument):
