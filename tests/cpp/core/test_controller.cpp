@@ -159,6 +159,12 @@ TEST_CASE("each plan takes the pipeline that does no more than the plan needs") 
   CHECK(chosen((other.local = &local, other)) == Pipeline::once);
   CHECK(chosen((other = plan, other.gain = 0.5F, other)) == Pipeline::once);
   CHECK(chosen((other = plan, other.excitation = &excitation, other)) == Pipeline::once);
+  struct Push final : core::ForceSource {
+    float torque_nm(const core::Motion&, const core::Resolution&, std::uint64_t) override {
+      return 0.0F;
+    }
+  } push;
+  CHECK(chosen((other = plan, other.extra = &push, other)) == Pipeline::once);
   params.shaft.pieces = 2;
   CHECK(chosen(plan) == Pipeline::full);
 

@@ -257,6 +257,35 @@ TEST_CASE("the waves' own edges are not touched by updates") {
   CHECK(step == Approx(0.16).scale(0).epsilon(1e-3));
 }
 
+TEST_CASE("a wave that begins or ends in a curve of steady levels does so at once") {
+  GameRig rig(100'000);
+  const int block = rig.create(kSquare);
+  rig.set_effect(block);
+  rig.start(block);
+  const auto soon_after = [&](int magnitude, int offset) {
+    rig.periodic(block, magnitude, offset, 0, 1000);
+    rig.tick(3);
+    const float nm = rig.outputs.motor_command_nm;
+    rig.tick(97);
+    return static_cast<double>(nm);
+  };
+  for (const int offset : {100, 200, 300}) (void)soon_after(0, offset);
+  CHECK(soon_after(1000, 300) == about(0.08 * 1300 / 32767));
+  CHECK(soon_after(0, 300) == about(0.08 * 300 / 32767));
+}
+
+TEST_CASE("a force that comes back brings no line that it was on") {
+  Frames rig(20);
+  for (const double share : {0.05, 0.1, 0.15}) (void)rig.frame(share);
+  rig.constant(rig.block, 32767 / 5);
+  rig.tick(2 * kTicksPerMs);
+  rig.control(2);  // actuators off
+  rig.tick(5);
+  rig.control(1);
+  rig.tick(3);
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) == about(0.08 / 5));
+}
+
 // Taking the actuator ---------------------------------------------------------------------------
 
 TEST_CASE("a spring that begins far from its middle comes up along a line, without a kick") {

@@ -85,12 +85,14 @@ TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
     double period_s;
     int frictions, coefficient;
     bool own;
+    int gain = 32'767;
   };
   // At 20 kHz the encoder's counts allow less than the loop's delay does.
   for (const Case& c : {Case{1e-3, 1, 32'767, false},
                         {1e-3, 1, 20'000, false},
                         {1e-3, 2, 32'767, false},
                         {1e-3, 2, 32'767, true},
+                        {1e-3, 1, 32'767, false, 20'000},
                         {5e-5, 1, 32'767, false},
                         {5e-5, 1, 20'000, false}}) {
     CAPTURE(c.period_s);
@@ -99,11 +101,13 @@ TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
     if (c.own) rig.configure([](protocol::GameConfig& g) { g.own_friction_percent = 100; });
     GameRig::ConditionOptions options;
     options.positive = options.negative = c.coefficient;
-    for (int i = c.own ? 1 : 0; i < c.frictions; ++i) rig.play_condition(kFriction, options);
+    for (int i = c.own ? 1 : 0; i < c.frictions; ++i) {
+      rig.set_effect(rig.play_condition(kFriction, options), {.gain = c.gain});
+    }
     rig.tick(60);  // the player's own comes up gently
     rig.turn(1, 2);
-    const double torque =
-        c.frictions * static_cast<double>(GameRig::kFullNm) * c.coefficient / 32767;
+    const double torque = c.frictions * static_cast<double>(GameRig::kFullNm) * c.coefficient /
+                          32767 * c.gain / 32767;
     const double stable =
         kInertiaKgM2 *
         std::pow(4 * kCoulombNm / (std::numbers::pi * torque * delay_s(c.period_s)), 2);
