@@ -20,9 +20,12 @@ from tools import boards
 # Calls through pointers: caller and targets, as regular expressions of mangled names. Every target
 # must exist, unless nothing is ever called there.
 INDIRECT: dict[str, tuple[str, ...]] = {
-    # The control law asks the game for its force.
+    # The control law asks game or dial for its force, the control loop for everything else.
     r".*(4core7control|8run_full|ControlLoop4tick|Device4tick|on_tick|on_step).*": (
-        r".*6Forces9torque_nm.*",
+        r".*(6Forces|7Detents)9torque_nm.*",
+    ),
+    r".*11ControlLoop.*": (
+        r".*(5Guest|6Forces|7Detents)(4asks|7goes_on|7is_felt|7release|4drop|6forget)E.*",
     ),
     # The board's rule for its wiring.
     r".*6device16check_consistent.*11BoardConfig.*": (r".*17find_pin_conflict.*",),

@@ -86,14 +86,14 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (index_.awake) [[unlikely]]
     watch_index();
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
-  core::ForceSource* const other_force = serve_others();
+  core::ForceSource* const guest_force = serve_guest();
   const bool playing = plays() && host_is_there();
-  choose_torque(playing, other_force);
+  choose_torque(playing, guest_force);
   faults_.causes = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   held_back_ = faults_.causes != 0 || !(playing || at_rest());
   const bool passes = plan_.pipeline == core::Pipeline::once;
-  if (held_back_ || passes || lateness_ != 0 || game.awake()) call();
+  if (held_back_ || passes || lateness_ != 0) call();
 }
 
 /// Once the controller knows that its commands came to nothing they stay zero by themselves.
@@ -109,11 +109,6 @@ void ControlLoop::give(const Order& order) {
 
 void ControlLoop::set_connected(bool connected) {
   connected_.store(connected, std::memory_order_relaxed);
-  call();
-}
-
-void ControlLoop::want_dial(bool wanted) {
-  dial_.want(wanted);
   call();
 }
 
@@ -204,54 +199,14 @@ bool ControlLoop::may_take() const {
   return !fades() && mail.held.load(std::memory_order_relaxed) == 0;
 }
 
-/// The device is for games or a dial, as it was when it started. While somebody's torque is let go
-/// nobody else is served.
-core::ForceSource* ControlLoop::serve_others() {
-  if (phase_ == Phase::letting_go) return nullptr;
-  if (dial_.on()) return serve_dial();
-  return game.awake() ? serve_game() : nullptr;
-}
-
-bool ControlLoop::game_may_play() const {
-  return game_params_.allowed && phase_ != Phase::fault && owner_ != Owner::sdk && connected() &&
-         may_take();
-}
-
-/// A game gets the actuator when it starts an effect while nobody has it.
-core::ForceSource* ControlLoop::serve_game() {
-  const bool may_play = game_may_play();
-  const bool started = game.take_orders(may_play, controller_.tick);
-  const bool wanted = game.wanted() && may_play;
-  if ((started || wanted) && owner_ == Owner::none) enter(Phase::playing, Owner::game);
-  if (owner_ == Owner::game && !fades()) {
-    if (wanted) game.raise_walls();
-    watch_idle_game();
-  }
-  return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
-}
-
-/// A game that has had nothing to play for a while loses the actuator.
-void ControlLoop::watch_idle_game() {
-  if (game.playing()) {
-    game_idle_ticks_ = 0;
-  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
-    // A wall at an end may hold the knob still.
-    game.release(game_params_.release_ticks);
-    if (!game.fading()) enter(Phase::disarmed);
-  }
-}
-
-/// The dial has the actuator while somebody turns it and nobody else wants it.
-core::ForceSource* ControlLoop::serve_dial() {
-  if (dial_.wanted() && phase_ == Phase::disarmed && connected() && may_take()) {
-    dial_.begin();
-    enter(Phase::playing, Owner::dial);
-  }
-  if (owner_ == Owner::dial && !fades() && !dial_.wanted()) {
-    dial_.release();
-    if (!dial_.felt()) enter(Phase::disarmed);
-  }
-  return dial_.felt() ? &dial_ : nullptr;
+/// While somebody's torque is let go nobody else is served.
+core::ForceSource* ControlLoop::serve_guest() {
+  if (phase_ == Phase::letting_go || !guest.awake()) return nullptr;
+  const bool may_play = phase_ != Phase::fault && owner_ != Owner::sdk && connected() && may_take();
+  const bool asks = guest.asks(may_play, controller_.tick);
+  if (asks && owner_ == Owner::none) enter(Phase::playing, guest.name);
+  if (owner_ == guest.name && !fades() && !guest.goes_on()) enter(Phase::disarmed);
+  return guest.is_felt(owner_ == guest.name) ? &guest : nullptr;
 }
 
 void ControlLoop::end_excitation() {
@@ -285,20 +240,18 @@ void ControlLoop::begin_passive(EventKind why) {
 
 void ControlLoop::begin_fade(Phase phase, std::uint32_t ticks) {
   phase_ = phase;
-  game.drop();
-  dial_.drop();
+  guest.drop();
   phase_ticks_left_ = ticks;
   motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
 }
 
-void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
+void ControlLoop::choose_torque(bool playing, core::ForceSource* guest_force) {
   // Also while it is let go: it still turns as fast.
   speed_limit_rad_s_ =
       excitation_.on ? config_.excitation_speed_limit_rad_s : config_.speed_limit_rad_s;
   if (playing && !excitation_.on) {
-    const bool others_alone = other_force != nullptr && owner_ != Owner::sdk;
-    plan_ = core::plan_of(config_.controller, others_alone ? nullptr : scene_);
-    plan_.extra = other_force;
+    plan_ = core::plan_of(config_.controller, owner_ == Owner::sdk ? scene_ : nullptr);
+    plan_.extra = guest_force;
     if (streams()) plan_.local = &local_model_;
     if (phase_ == Phase::rising) plan_.gain = rise();
   } else {
@@ -343,7 +296,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if (causes != 0) call();
   if (faults_.latch(causes, phase_)) {
     enter(Phase::fault);
-    game.forget();
+    guest.forget();
   }
   const TickOutputs given = fades() ? fade() : TickOutputs{};
   // The controller must know what became of its commands.
@@ -371,11 +324,7 @@ void ControlLoop::enter(Phase phase, Owner owner) {
   phase_ = phase;
   owner_ = owner;
   lateness_ = 0;
-  game_idle_ticks_ = 0;
-  if (!armed()) {
-    game.drop();
-    dial_.drop();
-  }
+  if (!armed()) guest.drop();
   local_model_ticks_left_ = 0;
   excitation_.on = false;
   excitation_.end = core::ExcitationEnd::none;

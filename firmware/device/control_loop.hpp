@@ -12,6 +12,7 @@
 #include "device/config.hpp"
 #include "device/dial/detents.hpp"
 #include "device/game/forces.hpp"
+#include "device/guest.hpp"
 #include "device/index_watch.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
@@ -111,14 +112,6 @@ struct Snapshot {
   IndexWatch index;
 };
 
-/// The part of a snapshot that every round of the main loop needs.
-struct Now {
-  std::uint64_t tick = 0;
-  std::int64_t position_counts = 0;
-  std::uint32_t zeroings = 0;
-  protocol::Owner owner = protocol::Owner::none;
-};
-
 /// For the main loop: calls `take(number of this tick)` until no tick came while it read.
 /// @param counted the ticks done, counted by the interrupt that writes what `take` reads
 template <class Take>
@@ -169,9 +162,13 @@ struct Mailbox {
 
 class ControlLoop {
  public:
+  /// @param personality that the device has started with
   ControlLoop(const LoopConfig& config, const game::ForceParams& game_params,
-              const dial::DetentParams& detents)
-      : config_(config), game_params_(game_params), dial_(detents) {}
+              const dial::DetentParams& detents, protocol::Personality personality)
+      : config_(config),
+        game_params_(game_params),
+        dial(attention_, detents),
+        guest(personality == protocol::Personality::dial ? static_cast<Guest&>(dial) : game) {}
   ControlLoop(const ControlLoop&) = delete;
   ControlLoop& operator=(const ControlLoop&) = delete;
 
@@ -187,7 +184,8 @@ class ControlLoop {
 
   // Main loop.
   Snapshot snapshot() const;
-  Now now() const;
+  /// The part of a snapshot that every round needs.
+  Moment now() const;
   protocol::Ledger ledger() const;
   /// An order may be given only while none is under way. Then nothing reads the last order's data,
   /// and every answer has its place.
@@ -196,10 +194,6 @@ class ControlLoop {
   void set_connected(bool connected);
   /// The level of the encoder's index is another from the next tick on, says the interrupt.
   void see_index(bool level);
-  /// Somebody turns the dial, or nobody any more.
-  void want_dial(bool wanted);
-  /// What is to be felt of it.
-  void feel_dial(dial::Feel feel) { dial_.feel(feel); }
   bool connected() const { return connected_.load(std::memory_order_relaxed) != 0; }
 
  private:
@@ -217,11 +211,7 @@ class ControlLoop {
   protocol::Status zero();
   protocol::Status relax();
   protocol::Status configure(const Order& order);
-  core::ForceSource* serve_others();
-  bool game_may_play() const;
-  core::ForceSource* serve_game();
-  void watch_idle_game();
-  core::ForceSource* serve_dial();
+  core::ForceSource* serve_guest();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
   protocol::Status excite(const Order& order);
@@ -231,7 +221,7 @@ class ControlLoop {
   void begin_passive(protocol::EventKind why);
   void begin_fade(Phase phase, std::uint32_t ticks);
   bool may_take() const;
-  void choose_torque(bool playing, core::ForceSource* other_force);
+  void choose_torque(bool playing, core::ForceSource* guest_force);
   float rise();
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
@@ -271,7 +261,6 @@ class ControlLoop {
   core::ControllerState controller_;
   Phase phase_ = Phase::disarmed;
   protocol::Owner owner_ = protocol::Owner::none;  // none unless armed
-  std::uint32_t game_idle_ticks_ = 0;
   Faults faults_;
   const core::Scene* scene_ = nullptr;
 
@@ -293,15 +282,14 @@ class ControlLoop {
  public:
   Mailbox mail;
   game::Forces game{attention_, game_params_};
-
- private:
-  dial::Detents dial_;
+  dial::Detents dial;
+  Guest& guest;  // one of these, for life
 };
 
 // Here, so that a round keeps it in registers: a copy in memory would be waited for.
-inline Now ControlLoop::now() const {
+inline Moment ControlLoop::now() const {
   return between_ticks(controller_.tick, [&](std::uint64_t tick) {
-    return Now{tick, controller_.motion.position_counts, counters_.zeroings, owner_};
+    return Moment{tick, controller_.motion.position_counts, counters_.zeroings, owner_};
   });
 }
 

@@ -23,7 +23,7 @@ bool ControlLoop::must_let_go(const Order& order) {
   if (phase_ == Phase::letting_go) return true;
   begin_fade(Phase::letting_go, config_.let_go_ticks);
   // The next update of a stopped game must not undo the stop.
-  if (owner_ == Owner::game) game.forget();
+  if (owner_ != Owner::sdk) guest.forget();
   return true;
 }
 
@@ -102,7 +102,7 @@ Status ControlLoop::configure(const Order& order) {
   }
   config_ = *order.config;
   game_params_ = *order.game;
-  dial_.configure(*order.detents);
+  dial.configure(*order.detents);
   controller_.bound = {};
   // Only a law that knows the brake keeps these up, and a bent shaft its piece.
   controller_.sensor.slipped_nm = 0.0F;
@@ -123,8 +123,7 @@ Status ControlLoop::arm() {
   const Phase begins = phase_ticks_left_ != 0 ? Phase::rising : Phase::playing;
   if (owner_ != Owner::none) {
     // The other's torque fades while the scene's comes up: both in the time of the soft start.
-    if (owner_ == Owner::game) game.release(game_params_.release_ticks);
-    dial_.release();
+    guest.release();
     phase_ = begins;
     owner_ = Owner::sdk;
     report_event(EventKind::owner_changed);
@@ -138,7 +137,7 @@ Status ControlLoop::clear_fault() {
   if (faults_.causes != 0) return Status::fault_persists;
   faults_.latched = 0;
   if (phase_ == Phase::fault) {
-    game.forget();  // what was started meanwhile
+    guest.forget();  // what was started meanwhile
     enter(Phase::disarmed);
   }
   return Status::ok;

@@ -93,9 +93,9 @@ Device::Device(const BoardInfo& board, const SlotViews& stored)
       wakes_host_(config_.game.remote_wakeup == protocol::Toggle::on),
       loop_config_(
           make_loop_config(config_, board.control_period_ns, trust_in(config_, board.moves_parts))),
-      game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
-      detent_params_(dial::make_detent_params(config_, board.control_period_ns, personality_)),
-      loop_(loop_config_, game_params_, detent_params_),
+      game_params_(game::make_force_params(config_, board.control_period_ns)),
+      detent_params_(dial::make_detent_params(config_, board.control_period_ns)),
+      loop_(loop_config_, game_params_, detent_params_, personality_),
       game_(loop_.game, config_, board.control_period_ns),
       dial_(config_, board.control_period_ns) {}
 
@@ -269,8 +269,8 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   // In their places: copies on the way there would be the deepest that the stack holds.
   new (&loop_config_) LoopConfig(
       make_loop_config(config_, board_.control_period_ns, trust_in(config_, board_.moves_parts)));
-  game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
-  detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
+  game_params_ = game::make_force_params(config_, board_.control_period_ns);
+  detent_params_ = dial::make_detent_params(config_, board_.control_period_ns);
   game_.configure(config_);
   dial_.configure(config_);
   // A lag of 0 takes the brake out of the sensor's model. Calibration does so to see its own
@@ -321,13 +321,10 @@ Order Device::enter_bootloader() {
 // Main loop ----------------------------------------------------------------------------------
 
 void Device::service() {
-  if (personality_ == protocol::Personality::dial) {
-    serve_dial();
-  } else {
-    const Now now = loop_.now();
-    const Wish wish = game_.service({now.tick, now.position_counts, now.zeroings, now.owner});
-    if (wish != Wish::nothing_new) loop_.game.want(wish == Wish::take);
-  }
+  const bool is_dial = personality_ == protocol::Personality::dial;
+  const Wish wish = is_dial ? dial_.service(loop_.now()) : game_.service(loop_.now());
+  if (is_dial) loop_.dial.feel(dial_.feel());
+  if (wish != Wish::nothing_new) loop_.guest.want(wish == Wish::take);
   if (!inbox_.empty()) [[unlikely]]
     read_inbox();
 }
@@ -348,13 +345,6 @@ void Device::service() {
     return;
   }
   loop_.give(order);
-}
-
-void Device::serve_dial() {
-  const Now now = loop_.now();
-  const Wish wish = dial_.service({now.tick, now.position_counts, now.zeroings, now.owner});
-  loop_.feel_dial(dial_.feel());
-  if (wish != Wish::nothing_new) loop_.want_dial(wish == Wish::take);
 }
 
 void Device::set_buttons(std::uint8_t pressed) {

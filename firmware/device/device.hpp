@@ -156,7 +156,6 @@ class Device {
 
   protocol::Status get_configuration(std::uint8_t id, protocol::ReportBytes& report) const;
   void gather_telemetry();
-  void serve_dial();
   void read_inbox();
   Order configure(const Config& config);
   Order reconfigure(std::uint32_t counts_per_rev);

@@ -4,20 +4,9 @@
 
 #include <cstdint>
 
-#include "protocol/enumerations.hpp"
+#include "device/guest.hpp"
 
 namespace torsio::device {
-
-/// State of the device that a guest reads.
-struct Moment {
-  std::uint64_t tick = 0;
-  std::int64_t position_counts = 0;
-  std::uint32_t zeroings = 0;  // how often this position was set to zero
-  protocol::Owner owner = protocol::Owner::none;
-};
-
-/// Its wish for the actuator.
-enum class Wish : std::uint8_t { nothing_new, take, let_go };
 
 class TurnWatch {
  public:

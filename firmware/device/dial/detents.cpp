@@ -11,12 +11,10 @@ constexpr std::uint32_t kPulseNs = 1'000'000U * kClickMs;
 
 }  // namespace
 
-DetentParams make_detent_params(const Config& config, std::uint32_t period_ns,
-                                protocol::Personality personality) {
+DetentParams make_detent_params(const Config& config, std::uint32_t period_ns) {
   const float period_s = core::make_resolution(config.actuator.counts_per_rev, period_ns).period_s;
   const auto detents = static_cast<float>(config.game.dial_detents);
   DetentParams params;
-  params.on = personality == protocol::Personality::dial;
   params.pattern = core::make_pattern(0, std::uint64_t{config.game.dial_detents} << 32,
                                       config.actuator.counts_per_rev);
   // -T sin(n angle) is in its notch as stiff as n T.
@@ -29,11 +27,22 @@ DetentParams make_detent_params(const Config& config, std::uint32_t period_ns,
   return params;
 }
 
+bool Detents::asks(bool may_play, std::uint64_t /*tick*/) {
+  const bool begins = may_play && wanted();
+  if (begins) rises_ = true;
+  return begins;
+}
+
+bool Detents::goes_on() {
+  if (!wanted()) rises_ = false;
+  return is_felt(true);
+}
+
 void Detents::drop() {
+  Guest::drop();
   rises_ = false;
   level_ticks_ = 0;
   pulse_ticks_ = 0;
-  wanted_.store(0, std::memory_order_relaxed);
 }
 
 float Detents::torque_nm(const core::Motion& motion, const core::Resolution&, std::uint64_t) {

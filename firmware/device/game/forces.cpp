@@ -24,23 +24,14 @@ bool Forces::give(const ForceOrder& order) {
   return true;
 }
 
-void Forces::call() {
-  awake_.store(1, std::memory_order_release);
-  attention_.store(1, std::memory_order_release);
+bool Forces::is_felt(bool has_actuator) {
+  const bool felt = has_actuator || active_ != 0 || fading() || !orders_.empty();
+  awake_.store(felt ? 1 : 0, std::memory_order_relaxed);
+  return felt;
 }
 
-void Forces::want(bool wanted) {
-  wanted_.store(wanted ? 1 : 0, std::memory_order_relaxed);
-  call();
-}
-
-bool Forces::stay_awake(bool wanted) {
-  const bool stays = wanted || active_ != 0 || fading() || !orders_.empty();
-  awake_.store(stays ? 1 : 0, std::memory_order_relaxed);
-  return stays;
-}
-
-bool Forces::take_orders(bool may_play, std::uint64_t tick) {
+bool Forces::asks(bool may_play, std::uint64_t tick) {
+  may_play = may_play && params_.allowed;
   bool started = false;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
   for (std::uint32_t n = 0; n < 4; ++n) {
@@ -49,7 +40,20 @@ bool Forces::take_orders(bool may_play, std::uint64_t tick) {
     started = take(*order, may_play, tick) || started;
     orders_.pop();
   }
-  return started;
+  const bool own = wanted() && may_play;
+  if (own) raise_walls();
+  return started || own;
+}
+
+bool Forces::goes_on() {
+  if (active_ != 0 || wanted()) {
+    idle_ticks_ = 0;
+    return true;
+  }
+  if (fading() || (enabled_ && ++idle_ticks_ < params_.idle_ticks)) return true;
+  // A wall at an end may hold the knob still.
+  release();
+  return fading();
 }
 
 /// @returns true if an effect was started or brought back, as all that takes orders
@@ -86,7 +90,7 @@ bool Forces::enable(bool enabled, bool may_play, std::uint64_t now) {
   enabled_ = enabled;
   if (!enabled) {
     for (std::uint8_t i = 0; i < active_; ++i) play_[order_[i]].muted = true;
-    release(params_.release_ticks);
+    release();
     return false;
   }
   bool heard = false;
@@ -99,7 +103,7 @@ bool Forces::enable(bool enabled, bool may_play, std::uint64_t now) {
 
 bool Forces::take_effect(const ForceOrder& order, bool may_play, std::uint64_t now) {
   const bool plays = play_[order.block].loops_left != 0;
-  const bool continues = goes_on(order);
+  const bool continues = plays_on(order);
   const bool joined = continues && join(order, now);
   carry_wave_on(order, now);
   effect_[order.block] = order.effect;
@@ -125,7 +129,7 @@ bool Forces::take_effect(const ForceOrder& order, bool may_play, std::uint64_t n
 
 /// What plays goes on with other numbers. A start changes only the time: games send one with each
 /// update.
-bool Forces::goes_on(const ForceOrder& order) const {
+bool Forces::plays_on(const ForceOrder& order) const {
   const Playing& play = play_[order.block];
   if (play.loops_left == 0) return false;
   if (order.play != ForceOrder::Play::start) return order.play == ForceOrder::Play::go_on;
@@ -288,16 +292,17 @@ void Forces::stop_all() {
   forget();
 }
 
-void Forces::release(std::uint32_t ticks) {
+void Forces::release() {
   set_all_aside();
   changed_ = false;
   walls_ = false;
-  residual_.begin(last_nm_, ticks);
+  residual_.begin(last_nm_, params_.release_ticks);
 }
 
 void Forces::drop() {
+  Guest::drop();
   walls_ = false;
-  wanted_.store(0, std::memory_order_relaxed);
+  idle_ticks_ = 0;
   if (active_ == 0 && last_nm_ == 0.0F && !fading()) return;
   set_all_aside();
   changed_ = false;

@@ -13,10 +13,10 @@
 #include <cstdint>
 
 #include "core/effects.hpp"
-#include "core/force_source.hpp"
 #include "core/slew_limit.hpp"
 #include "device/game/joined_updates.hpp"
 #include "device/game/reports.hpp"
+#include "device/guest.hpp"
 #include "device/ring.hpp"
 #include "device/stable_limits.hpp"
 
@@ -110,50 +110,33 @@ struct ForceParams {
   float hit_nm = 0;  // a change of more than this beyond the one before it is a hit, and passes
 };
 
-class Forces final : public core::ForceSource {
+class Forces final : public Guest {
  public:
-  /// @param attention becomes 1 as soon as there is something to do; outlives this
   /// @param params changed by the interrupt only; outlives this
   Forces(std::atomic<std::uint32_t>& attention, const ForceParams& params)
-      : attention_(attention), params_(params) {}
+      : Guest(protocol::Owner::game, attention), params_(params) {}
 
   // Control interrupt.
 
-  /// There may be something to do.
-  bool awake() const { return awake_.load(std::memory_order_relaxed) != 0; }
-  /// Falls asleep unless something has arrived, plays or fades, or is wanted anyway.
-  /// @returns true if it stays awake
-  bool stay_awake(bool wanted);
-  /// An effect plays or waits for its delay, or the player's own feel is wanted.
-  bool playing() const { return active_ != 0 || wanted(); }
-  /// The player's own feel is.
-  bool wanted() const { return wanted_.load(std::memory_order_relaxed) != 0; }
-  /// It comes up from nothing, with the walls at the ends.
-  void raise_walls();
-  bool fading() const { return residual_.nm != 0.0F; }
-  bool enabled() const { return enabled_; }
-
-  /// Takes what has arrived.
-  /// @param may_play false: effects are not started now
-  /// @returns true if an effect was started or brought back: the game asks for the actuator
-  bool take_orders(bool may_play, std::uint64_t tick);
+  /// It wants the actuator if an effect was started or brought back, or for the player's own feel.
+  bool asks(bool may_play, std::uint64_t tick) override;
+  /// It has ended if nothing has played for a while, or its actuators are off.
+  bool goes_on() override;
+  /// If not, it sleeps.
+  bool is_felt(bool has_actuator) override;
 
   /// Sum of the effects, blended, within the cap. Once a tick at most.
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
                   std::uint64_t tick) override;
 
-  /// Sets everything aside; the torque fades in so many ticks.
-  void release(std::uint32_t ticks);
-  /// Sets everything aside at once: the actuator is off.
-  void drop();
-  /// An effect that was set aside does not come back by an update any more.
-  void forget();
+  // These set everything aside.
+  void release() override;
+  void drop() override;
+  void forget() override;
 
   // Main loop.
   /// @returns false if there is no room
   [[nodiscard]] bool give(const ForceOrder& order);
-  /// Somebody turns the knob, or nobody any more.
-  void want(bool wanted);
   std::uint32_t free_orders() const { return orders_.free(); }
   /// Bit n % 32 of word n / 32: block n plays.
   std::uint32_t playing_blocks(std::size_t word) const {
@@ -191,7 +174,7 @@ class Forces final : public core::ForceSource {
     JoinedUpdates updates{};
   };
 
-  void call();
+  bool fading() const { return residual_.nm != 0.0F; }
   bool take(const ForceOrder& order, bool may_play, std::uint64_t tick);
   bool take_settings(const ForceOrder& order, bool may_play, std::uint64_t tick);
   bool enable(bool enabled, bool may_play, std::uint64_t now);
@@ -199,9 +182,10 @@ class Forces final : public core::ForceSource {
   void carry_wave_on(const ForceOrder& order, std::uint64_t now);
   bool start(const ForceOrder& order, bool may_play, std::uint64_t now, bool restarts, bool joined);
   void start_unheard(const ForceOrder& order, std::uint64_t now);
-  bool goes_on(const ForceOrder& order) const;
+  bool plays_on(const ForceOrder& order) const;
   bool go_on(std::uint8_t block, std::uint64_t now);
   bool join(const ForceOrder& order, std::uint64_t now);
+  void raise_walls();
   void stop(std::uint8_t block);
   void set_aside(std::uint8_t block);
   void set_all_aside();
@@ -220,10 +204,7 @@ class Forces final : public core::ForceSource {
   float effect_nm(const PreparedEffect& effect, Playing& play, const core::Motion& motion,
                   float period_s, std::uint64_t now);
 
-  std::atomic<std::uint32_t>& attention_;
   const ForceParams& params_;
-  // Set by both contexts, cleared by the interrupt only.
-  std::atomic<std::uint32_t> awake_{0};
   Ring<ForceOrder, 4> orders_;
 
   std::array<PreparedEffect, kBlocks> effect_;
@@ -237,7 +218,7 @@ class Forces final : public core::ForceSource {
   std::atomic<float> asked_most_nm_{0};
   std::atomic<std::uint32_t> clipped_ticks_{0};
 
-  std::atomic<std::uint32_t> wanted_{0};
+  std::uint32_t idle_ticks_ = 0;  // with nothing to play
   float own_slip_rad_ = 0;
   std::array<float, kMetrics> share_{1, 1, 1, 1, 1};
   float gain_ = 1;

@@ -80,13 +80,11 @@ OwnFeel make_own_feel(const GameScale& scale, const protocol::GameConfig& game) 
 
 }  // namespace
 
-ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
-                              protocol::Personality personality) {
+ForceParams make_force_params(const Config& config, std::uint32_t period_ns) {
   const float period_s = core::make_resolution(config.actuator.counts_per_rev, period_ns).period_s;
   const auto at_least_one = [](std::uint32_t ticks) { return ticks == 0 ? 1U : ticks; };
   ForceParams params;
-  params.allowed =
-      config.game.enabled == protocol::Toggle::on && personality != protocol::Personality::dial;
+  params.allowed = config.game.enabled == protocol::Toggle::on;
   params.torque_max_nm = game_torque_max_nm(config);
   params.most = make_stable_limits(config, period_s);
   params.end_rad = config.game.range_deg * (core::kTwoPi / 720.0F);

@@ -34,9 +34,6 @@ constexpr float share_of(std::uint8_t percent) { return static_cast<float>(perce
 
 GameScale make_game_scale(const Config& config, std::uint32_t period_ns);
 
-/// @param personality that the device has started with
-ForceParams make_force_params(
-    const Config& config, std::uint32_t period_ns,
-    protocol::Personality personality = protocol::Personality::game_controller);
+ForceParams make_force_params(const Config& config, std::uint32_t period_ns);
 
 }  // namespace torsio::device::game

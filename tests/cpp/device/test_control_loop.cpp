@@ -23,7 +23,8 @@ struct Loop {
     config.control = control;
     config.control.law = protocol::Law::motor_only;
     settings = device::make_loop_config(config, 1'000'000);
-    loop = std::make_unique<ControlLoop>(settings, game, detents);
+    loop = std::make_unique<ControlLoop>(settings, game, detents,
+                                         protocol::Personality::game_controller);
   }
   void give(Order order) {
     REQUIRE(loop->takes_order());

@@ -32,10 +32,11 @@ struct PhasedLoop {
     config.control.law = protocol::Law::motor_only;
     config.control.passive_ramp_s = ramp_s;
     config.control.watchdog_s = 1e-3F;
-    detents.on = dial;
     game.idle_ticks = 1000;
     settings = device::make_loop_config(config, 100'000);
-    loop = std::make_unique<ControlLoop>(settings, game, detents);
+    loop = std::make_unique<ControlLoop>(
+        settings, game, detents,
+        dial ? protocol::Personality::dial : protocol::Personality::game_controller);
     tick();
   }
 
@@ -94,8 +95,8 @@ struct PhasedLoop {
     if (phase == "letting go") give(Order::Kind::disarm);
   }
   void play() {
-    if (detents.on) {
-      loop->want_dial(true);
+    if (loop->guest.name == protocol::Owner::dial) {
+      loop->guest.want(true);
       return tick();
     }
     device::game::ForceOrder start;
@@ -103,7 +104,7 @@ struct PhasedLoop {
     order_game(start);
   }
   void play_no_more() {
-    loop->want_dial(false);
+    loop->guest.want(false);
     device::game::ForceOrder off;
     off.kind = device::game::ForceOrder::Kind::settings;
     off.enabled = false;

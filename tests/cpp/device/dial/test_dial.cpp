@@ -154,6 +154,7 @@ TEST_CASE("dial: nothing is felt before it is turned, and what comes then comes 
   DialRig rig;
   rig.listen(100);
   CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.events.empty());
   // A quarter of a pitch in one tick, where the torque is largest: then it is held there.
   rig.turn_to(85, 85);
   int up = 0;
@@ -185,6 +186,19 @@ TEST_CASE("dial: it lets go of the actuator a second after the last turn, in a l
   CHECK_FALSE(rig.outputs.enabled);
   CHECK(rig.state() == State::disarmed);
   CHECK(rig.set(protocol::GameConfig{}).ok());  // so it can be configured
+}
+
+TEST_CASE("dial: turned again while it lets go it comes back, and plays no scene of the SDK") {
+  DialRig rig;
+  protocol::Constant constant;
+  constant.torque_nm = 0.02F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(protocol::Commit{1, 0, 1}) == Status::ok);
+  rig.turn_to(85, 5);
+  rig.listen(1020);
+  rig.turn_to(82, 3);
+  rig.listen(100);
+  CHECK(rig.outputs.motor_command_nm == near_nm(-0.005 * std::sin(24 * 82 * 6.283185307 / 8192)));
 }
 
 TEST_CASE("dial: a torque that would buzz is not given, nor more than the motor has") {

@@ -1,0 +1,73 @@
+/// @file
+/// Who plays besides the SDK: a game or the dial. A device has one guest for life.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "core/force_source.hpp"
+#include "protocol/enumerations.hpp"
+
+namespace torsio::device {
+
+/// State of the device that a guest reads.
+struct Moment {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  std::uint32_t zeroings = 0;  // how often this position was set to zero
+  protocol::Owner owner = protocol::Owner::none;
+};
+
+/// Its wish for the actuator.
+enum class Wish : std::uint8_t { nothing_new, take, let_go };
+
+class Guest : public core::ForceSource {
+ public:
+  // Control interrupt, in ticks that decide.
+
+  const protocol::Owner name;
+  /// There may be something to do.
+  bool awake() const { return awake_.load(std::memory_order_relaxed) != 0; }
+  /// Takes what has arrived.
+  /// @param may_play it may have the actuator, or has it
+  /// @returns true if it wants the actuator
+  virtual bool asks(bool may_play, std::uint64_t tick) = 0;
+  /// Asked while it has the actuator.
+  /// @returns false if it has ended
+  virtual bool goes_on() = 0;
+  /// @returns true if it has a torque to give
+  virtual bool is_felt(bool has_actuator) = 0;
+  /// Its torque fades.
+  virtual void release() = 0;
+  /// Its torque is gone at once: the actuator is off.
+  virtual void drop() { wanted_.store(0, std::memory_order_relaxed); }
+  /// What has ended does not come back by an update any more.
+  virtual void forget() {}
+
+  // Main loop.
+
+  /// Somebody turns the knob, or nobody any more.
+  void want(bool wanted) {
+    wanted_.store(wanted ? 1 : 0, std::memory_order_relaxed);
+    call();
+  }
+
+ protected:
+  /// @param attention becomes 1 as soon as there is something to do; outlives this
+  Guest(protocol::Owner owner, std::atomic<std::uint32_t>& attention)
+      : name(owner), attention_(attention) {}
+  ~Guest() = default;
+  bool wanted() const { return wanted_.load(std::memory_order_relaxed) != 0; }
+  void call() {
+    awake_.store(1, std::memory_order_release);
+    attention_.store(1, std::memory_order_release);
+  }
+
+  std::atomic<std::uint32_t> awake_{1};  // set by both contexts, cleared by the interrupt only
+
+ private:
+  std::atomic<std::uint32_t>& attention_;
+  std::atomic<std::uint32_t> wanted_{0};
+};
+
+}  // namespace torsio::device
