@@ -6,7 +6,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +24,13 @@ py::dict file_to_python(const FirmwareFile& file) {
   return py::dict(arg("path") = file.path, arg("chip") = file.chip, arg("board") = file.board,
                   arg("version") = file.version, arg("fingerprint") = file.fingerprint,
                   arg("size") = file.size);
+}
+
+/// As pybind11's own conversion, which loses a Ctrl-C in the middle of it.
+fs::path path_from_python(const py::object& source) {
+  const auto text = py::reinterpret_steal<py::object>(PyOS_FSPath(source.ptr()));
+  if (!text) throw py::error_already_set();
+  return text.cast<fs::path>();
 }
 
 /// A torsio.FirmwareHost, or None.
@@ -55,13 +61,13 @@ FirmwareHost host_from_python(const py::object& source) {
                 const Locked locked;
                 host->attr("start_bootloader")(path);
               },
-          .root = host->attr("root").cast<fs::path>()};
+          .root = path_from_python(host->attr("root"))};
 }
 
-FirmwarePlan prepare(const fs::path& path, const std::string& selector,
-                     const std::optional<fs::path>& drive, double timeout_s, const py::object& say,
-                     const py::object& host) {
-  const UpdateOptions options{.drive = drive.value_or(fs::path()),
+FirmwarePlan prepare(const py::object& source, const std::string& selector, const py::object& drive,
+                     double timeout_s, const py::object& say, const py::object& host) {
+  const fs::path path = path_from_python(source);
+  const UpdateOptions options{.drive = drive.is_none() ? fs::path() : path_from_python(drive),
                               .timeout_s = timeout_s,
                               .say =
                                   [say = keep(say)](std::string_view step) {
@@ -98,8 +104,8 @@ void bind_firmware(py::module_& module) {
                              [](const FirmwarePlan& plan) { return plan.configuration; })
       .def_property_readonly("loses_configuration", &FirmwarePlan::loses_configuration)
       .def_property_readonly("text", &FirmwarePlan::text);
-  module.def("read_firmware", [](const fs::path& path) {
-    return file_to_python([&] {
+  module.def("read_firmware", [](const py::object& source) {
+    return file_to_python([path = path_from_python(source)] {
       const Unlocked unlocked;
       return read_firmware(path);
     }());

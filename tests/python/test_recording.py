@@ -7,12 +7,14 @@ import io
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from tests.recordings import check_recording, counts_in_foxglove
 from torsio.apps.commands.live import monitor_table
 from torsio.knob.recording import _DeviceClock
 from torsio.printed.config import Law
+from torsio.recordings.file import RecordingFile
 from torsio.trading.sources import options_of
 
 TURN = "import sys; from torsio.__main__ import main; main()"
@@ -568,6 +571,80 @@ def test_two_recordings_do_not_share_a_file(knob: torsio.Knob, tmp_path: Path) -
     assert len(torsio.load(file).telemetry) >= 100
     with torsio.open("emulated") as other:
         other.record_to(file).close()
+
+
+TWO = """
+import sys, torsio
+with torsio.open("emulated") as knob:
+    for path in sys.stdin:
+        try:
+            with knob.record_to(path.strip()) as recording:
+                recording.note("mine", of=sys.argv[1])
+                print("begun", flush=True)
+                sys.stdin.readline()
+        except torsio.Error as error:
+            print(error, flush=True)
+            sys.stdin.readline()
+        print(flush=True)
+"""
+
+
+def test_one_of_two_processes_that_begin_a_file_at_once_is_refused(tmp_path: Path) -> None:
+    def say(text: str) -> list[str]:
+        for to, _ in pipes:
+            to.write(f"{text}\n")
+            to.flush()
+        return [said.readline() for _, said in pipes]
+
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", TWO, str(i)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for i in range(2)
+    ]  # fmt: skip
+    pipes = [(one.stdin, one.stdout) for one in both if one.stdin and one.stdout]
+    for i in range(200):
+        file = tmp_path / f"{i % 150}.mcap"  # the last ones take an older one's place
+        said = say(str(file))
+        say("")
+        assert said.count("begun\n") == 1, said
+        assert any("another recording is being written" in one for one in said)
+        loaded = torsio.load(file)
+        assert loaded.whole
+        assert [int(event["of"]) for event in loaded.events if event["kind"] == "mine"] == [
+            said.index("begun\n")
+        ]
+    for one in both:
+        one.communicate()
+
+
+def test_child_forked_while_a_file_is_begun_may_begin_another(
+    knob: torsio.Knob, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def begin(*given: Any) -> None:
+        begun.set()
+        may_end.wait()
+        real(*given)
+
+    real, begun, may_end = RecordingFile._begin, threading.Event(), threading.Event()
+    monkeypatch.setattr(RecordingFile, "_begin", begin)
+    thread = threading.Thread(target=knob.record_to, args=[tmp_path / "parent.mcap"])
+    thread.start()
+    begun.wait()
+    if (child := os.fork()) == 0:
+        try:
+            signal.alarm(20)
+            monkeypatch.undo()
+            with torsio.open("emulated") as other:
+                other.record_to(tmp_path / "child.mcap").close()
+            os._exit(0)
+        finally:
+            os._exit(1)
+    may_end.set()
+    thread.join()
+    assert os.waitpid(child, 0)[1] == 0
+    assert torsio.load(tmp_path / "child.mcap").whole
 
 
 def test_small_file_with_a_long_gap_is_not_replayed(tmp_path: Path) -> None:

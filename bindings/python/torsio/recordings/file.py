@@ -9,7 +9,6 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import AbstractContextManager
 from dataclasses import asdict, fields, is_dataclass
 from itertools import repeat
 from pathlib import Path
@@ -24,7 +23,7 @@ from torsio.common.whole_file import beside
 from torsio.common.worker import Worker, exhaust
 from torsio.errors import Error, MalformedReport
 from torsio.printed.told import Energies
-from torsio.recordings.stream import Stream, check_unwritten
+from torsio.recordings.stream import MOVES_OPEN_FILES, Stream, claimed
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
 __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile"]
@@ -37,8 +36,6 @@ LoggedReport: TypeAlias = tuple[int, bool, bytes]
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
 _LOOK_S: Final = 0.05
-# One for each file, for a pipe or a disk may hang; a signal's handler may begin another recording.
-_PLACING: Final[dict[Path, AbstractContextManager[bool]]] = {}
 # Most bytes of telemetry that wait for the disk.
 _MOST_WAITING_BYTES: Final = 64 * 1024 * 1024
 TOPICS: Final = (
@@ -174,22 +171,22 @@ class RecordingFile:
         self._is_waited_for = False
         self._worker = Worker(self._work)
         try:
-            file = self.path.resolve()
-            with _PLACING.setdefault(file, threading.RLock()):
-                with beside(self.path) as place:
-                    self._file = Stream(place)
-                    self._writer = Writer(
-                        cast(BinaryIO, self._file),
-                        chunk_size=_CHUNK_BYTES,
-                        compression=CompressionType.ZSTD,
-                    )
-                    self._begin(metadata)
-                    is_beside = place != file
-                    if is_beside:
-                        check_unwritten(self.path)
-                        self._file.close()  # for Windows moves no file that is open
-                if is_beside:
-                    self._file.go_on(self.path)
+            with contextlib.ExitStack() as claim, beside(self.path) as place:
+                self._file = Stream(place)
+                self._writer = Writer(
+                    cast(BinaryIO, self._file),
+                    chunk_size=_CHUNK_BYTES,
+                    compression=CompressionType.ZSTD,
+                )
+                self._begin(metadata)
+                is_beside = place != self.path.resolve()
+                if is_beside and MOVES_OPEN_FILES:
+                    claim.enter_context(claimed(self.path.resolve()))
+                    self._file.lock()
+                elif is_beside:
+                    self._file.close()
+            if is_beside and not MOVES_OPEN_FILES:
+                self._file.go_on(self.path)
             self._worker.start()
         except BaseException as error:
             self._is_open = False

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Final
 
 from torsio.errors import Error
 
-if sys.platform != "win32":  # which moves no file over an open one
+if sys.platform != "win32":
     import fcntl
 
-__all__ = ["Stream", "check_unwritten"]
+__all__ = ["MOVES_OPEN_FILES", "Stream", "claimed"]
+
+MOVES_OPEN_FILES: Final = sys.platform != "win32"
 
 
 class Stream:
@@ -40,10 +44,13 @@ class Stream:
         _lock(self._file, "LOCK_UN")  # a forked child may have it open
         self._file.close()
 
+    def lock(self) -> None:
+        """Keep others away."""
+        _lock(self._file, "LOCK_EX")
+
     def go_on(self, path: Path) -> None:
         """Append to this file from now on."""
         self._file = path.open("ab")
-        _lock(self._file, "LOCK_EX")
 
 
 def _lock(file: BinaryIO, how: str) -> None:
@@ -57,10 +64,23 @@ def _lock(file: BinaryIO, how: str) -> None:
             pass
 
 
-def check_unwritten(path: Path) -> None:
-    """Raise `Error` if a recording writes this file, here or in another process."""
-    with contextlib.suppress(FileNotFoundError, PermissionError), path.open("rb") as file:
-        try:
-            _lock(file, "LOCK_SH")
-        except BlockingIOError:
-            raise Error(f"another recording is being written to {path}: close it first") from None
+@contextlib.contextmanager
+def claimed(path: Path) -> Iterator[None]:
+    """Have a file's name alone, which another thread or process may ask for at the same instant.
+
+    Raises `Error` if a recording writes it.
+    """
+    is_made, is_mine = not path.exists(), False
+    try:
+        with path.open("ab") as file:
+            with contextlib.suppress(BlockingIOError):
+                _lock(file, "LOCK_EX")
+                mine = os.fstat(file.fileno())
+                is_mine = os.path.samestat(mine, path.stat())  # or another one has taken its place
+            if not is_mine:
+                raise Error(f"another recording is being written to {path}: close it first")
+            yield
+    finally:
+        with contextlib.suppress(OSError):
+            if is_made and is_mine and os.path.samestat(mine, path.stat()):
+                path.unlink()
