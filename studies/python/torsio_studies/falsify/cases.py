@@ -57,22 +57,22 @@ _TRUE: Final = (
     *("brake_drag_nm", "shaft_stiffness_nm_per_rad", "shaft_damping_nm_s_per_rad"),
     "brake_time_constant_s",
 )
+_NEARLY: Final = (0.7, 1.3)
 _TOLD: Final = {
-    "knob_inertia_kg_m2": 1.3,
-    "knob_coulomb_nm": 1.3,
-    "brake_inertia_kg_m2": 1.3,
-    "spring_stiffness_nm_per_rad": 1.3,
-    "brake_hysteresis_nm": 1.3,
-    "motor_time_constant_s": 1.3,
-    "brake_drag_nm": 2.0,
-    "brake_time_constant_s": 2.0,
+    "knob_inertia_kg_m2": _NEARLY,
+    "knob_coulomb_nm": _NEARLY,
+    "brake_inertia_kg_m2": _NEARLY,
+    "spring_stiffness_nm_per_rad": _NEARLY,
+    "brake_hysteresis_nm": _NEARLY,
+    "motor_time_constant_s": _NEARLY,
+    "brake_drag_nm": (0.5, 2.0),
+    "brake_time_constant_s": (0.5, 2.0),
 }
 _GAINS: Final = ("motor_torque_constant_nm_per_a", "brake_torque_constant_nm_per_a")
-_MOST_GAIN: Final = 1.2
 
 SPACE: Final[dict[str, tuple[float, float]]] = {
     **{f"true.{name}": (0.5, 2.0) for name in _TRUE},
-    **{f"told.{name}": (1.0 / most, most) for name, most in _TOLD.items()},
+    **{f"told.{name}": bounds for name, bounds in _TOLD.items()},
     "loop_nm": (1e-4, 11e-3),
     "knee_rad": (3e-3, 50e-3),
     "knee_factor": (0.5, 2.0),
@@ -86,7 +86,7 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "hand_nm_per_rad": (0.1, 10.0),
     "hand_kg_m2": (5e-7, 5e-6),
     "hand_damping": (0.02, 2.0),
-    **{f"told.{name}": (1.0 / _MOST_GAIN, _MOST_GAIN) for name in _GAINS},
+    **{f"told.{name}": _NEARLY for name in _GAINS},
     "encoder_noise_counts": (0.01, 0.3),
 }
 """Bounds of the optimiser's variables, which move evenly in the logarithm.

@@ -119,6 +119,8 @@ def _is_held(options: LoopOptions, rows: Record) -> bool:
     The law's inputs are then constant, and so is the torque that it asks for. A brake ends within
     half its loop of what it is told, so one that holds no more than that keeps what it holds.
     """
+    if options.plant.encoder_noise_counts:  # it may change what no row shows, and any time
+        return False
     if any(np.any(rows[name] != rows[name][0]) for name in _CONSTANT):
         return False
     told_nm = float(rows["brake_command_nm"][-1]) + _NEARLY_NM
@@ -178,7 +180,7 @@ def _cost(case: Case, motion: Motion) -> float:
 
 def search(case: Case, tries: int) -> dict[str, float]:
     """Look for the worst of a case; give it with what it did, and how many tries it took."""
-    random = np.random.default_rng([36, case.number])
+    random = np.random.default_rng([38, case.number])
 
     def begin() -> cma.CMAEvolutionStrategy:
         return cma.CMAEvolutionStrategy(
