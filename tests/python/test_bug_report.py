@@ -4,32 +4,19 @@ from __future__ import annotations
 
 import getpass
 import json
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
 import pytest
 
 import torsio
+from tests.python.processes import command
 from torsio.apps import bug_report
-
-RUN = "import sys; from torsio.__main__ import main; main()"
-
-
-def _report(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", RUN, "report", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
 
 
 def test_report_holds_doctor_versions_and_a_recording(tmp_path: Path) -> None:
     file = tmp_path / "report.zip"
-    done = _report(file, "--device", "emulated", "--seconds", "0.5")
+    done = command("report", file, "--device", "emulated", "--seconds", "0.5")
     assert done.returncode == 0, done.stderr
     with zipfile.ZipFile(file) as archive:
         names = ["README.txt", "doctor.json", "versions.json", "recording.mcap"]
@@ -58,13 +45,13 @@ def test_recording_that_was_made_before_is_taken_as_it_is(tmp_path: Path) -> Non
     file, recording = tmp_path / "report.zip", tmp_path / "x.mcap"
     with torsio.open("emulated") as knob, knob.record_to(recording):
         knob.sleep(0.1)
-    done = _report(file, "--device", "emulated", "--recording", recording)
+    done = command("report", file, "--device", "emulated", "--recording", recording)
     assert done.returncode == 0, done.stderr
     with zipfile.ZipFile(file) as archive:
         assert archive.read("recording.mcap") == recording.read_bytes()
     recording.write_bytes(b"hello")
     file.unlink()
-    done = _report(file, "--device", "emulated", "--recording", recording)
+    done = command("report", file, "--device", "emulated", "--recording", recording)
     assert done.returncode == 1
     assert "is no recording of Torsio" in done.stderr
     assert not file.exists()
@@ -72,7 +59,7 @@ def test_recording_that_was_made_before_is_taken_as_it_is(tmp_path: Path) -> Non
 
 def test_report_without_a_knob_says_so(tmp_path: Path) -> None:
     file = tmp_path / "report.zip"
-    done = _report(file, "--device", "/dev/hidraw999")
+    done = command("report", file, "--device", "/dev/hidraw999")
     assert done.returncode == 0, done.stderr
     assert "no knob could be recorded" in done.stderr
     with zipfile.ZipFile(file) as archive:
@@ -81,7 +68,7 @@ def test_report_without_a_knob_says_so(tmp_path: Path) -> None:
 
 def test_report_where_none_can_be_names_the_place_as_it_was_given(tmp_path: Path) -> None:
     file = tmp_path / "none" / "report.zip"
-    done = _report(file, "--device", "/dev/hidraw999")
+    done = command("report", file, "--device", "/dev/hidraw999")
     assert done.returncode == 1
     assert str(file) in done.stderr.replace("\n", "")
     assert ".part" not in done.stderr

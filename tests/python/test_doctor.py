@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 import torsio
 from tests.python import wire
+from tests.python.processes import command
 from torsio.apps import doctor
 from torsio.apps.cli import app
 from torsio.apps.doctor import examination
@@ -28,7 +29,6 @@ from torsio.printed.statuses import FAULT_ADVICE
 from torsio.printed.told import Limits
 
 TREE = Path(__file__).parents[2]
-COMMAND = str(Path(sys.executable).with_name("torsio"))
 
 NODE = Node("/dev/hidraw3", exists=True, usable=True, mode=0o660)
 PLUGGED_IN = UsbKnob("1-2", "TS-1", "usbhid", NODE)
@@ -366,14 +366,7 @@ def test_armed_knob_is_examined_and_stays_armed() -> None:
 
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [COMMAND, "doctor", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        env={**os.environ, "COLUMNS": "400"},
-    )
+    return command("doctor", *arguments, env={**os.environ, "COLUMNS": "400"})
 
 
 def test_command_examines_the_emulated_knob_and_its_status_is_its_verdict() -> None:

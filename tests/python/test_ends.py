@@ -15,6 +15,7 @@ import pytest
 
 import torsio
 from tests.faults.knobs import device
+from tests.python.processes import python
 from torsio.common.worker import Worker
 
 OPEN = """
@@ -103,13 +104,7 @@ time.sleep(0.2)
 
 
 def run(program: str, timeout_s: float = 60.0) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", OPEN + program],
-        capture_output=True,
-        text=True,
-        timeout=timeout_s,
-        check=False,
-    )
+    return python(OPEN + program, timeout=timeout_s)
 
 
 @pytest.mark.parametrize("kind", AT_EXIT)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
+
+from tests.python.processes import python
 
 USE = """
 import torsio
@@ -44,14 +45,7 @@ def run(
 ) -> subprocess.CompletedProcess[str]:
     """Run a program for which some packages are not installed."""
     block = BLOCK.format(without=without)
-    return subprocess.run(
-        [sys.executable, "-c", block + program, *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-        cwd=cwd,
-    )
+    return python(block + program, *arguments, cwd=cwd)
 
 
 def test_library_needs_numpy_alone() -> None:

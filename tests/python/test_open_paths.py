@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.python.processes import python
 
 PROGRAM = """
 import sys
@@ -21,13 +21,7 @@ except torsio.DeviceNotFound as error:
 
 def _message(path: str, locks: Path) -> str:
     """Open a path in a process of its own, which may crash, and return its words."""
-    result = subprocess.run(
-        [sys.executable, "-c", PROGRAM, path],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "XDG_RUNTIME_DIR": str(locks)},
-    )
+    result = python(PROGRAM, path, env={**os.environ, "XDG_RUNTIME_DIR": str(locks)})
     assert result.returncode == 0, result.stderr
     return result.stdout
 
