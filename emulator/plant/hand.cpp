@@ -26,14 +26,14 @@ struct Holder {
 
   Hand operator()(const torsio::NoHand&) const { return NoHand{}; }
   Hand operator()(const torsio::TorqueHand& hand) const {
-    return TorqueHand{Profile(hand.torque_nm, start_ns)};
+    return TorqueHand{Profile(hand.torque_nm, start_ns, "torque_nm")};
   }
   Hand operator()(const torsio::ImpedanceHand& hand) const {
     return ImpedanceHand{hand.inertia_kg_m2, hand.stiffness_nm_per_rad, hand.damping_nm_s_per_rad,
-                         Profile(hand.intended_angle_rad, start_ns)};
+                         Profile(hand.intended_angle_rad, start_ns, "intended_angle_rad")};
   }
   Hand operator()(const torsio::PrescribedMotion& hand) const {
-    return PrescribedMotion{Profile(hand.angle_rad, start_ns)};
+    return PrescribedMotion{Profile(hand.angle_rad, start_ns, "angle_rad")};
   }
   Hand operator()(const torsio::FeedbackHand& hand) const {
     require_as(&torsio::FeedbackHand::period_s, hand.period_s, "hand: ");

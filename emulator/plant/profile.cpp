@@ -5,29 +5,32 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace torsio::emulator {
 
-Profile::Profile(std::vector<ProfileKnot> knots) : knots_(std::move(knots)) {
-  if (knots_.empty()) throw std::invalid_argument("profile: needs at least one knot");
+Profile::Profile(std::vector<ProfileKnot> knots, std::string_view name) : knots_(std::move(knots)) {
+  const std::string of = std::string(name) + ": ";
+  if (knots_.empty()) throw std::invalid_argument(of + "needs at least one knot");
   for (std::size_t i = 0; i < knots_.size(); ++i) {
-    const std::string name = "profile: knot " + std::to_string(i);
+    const std::string knot = of + "knot " + std::to_string(i);
     if (!std::isfinite(knots_[i].value)) {
-      throw std::invalid_argument(name + " has a value that is not finite");
+      throw std::invalid_argument(knot + " has a value that is not finite");
     }
     if (i >= 1 && knots_[i].time_ns < knots_[i - 1].time_ns) {
-      throw std::invalid_argument(name + " is earlier than the knot before it");
+      throw std::invalid_argument(knot + " is earlier than knot " + std::to_string(i - 1));
     }
     if (i >= 2 && knots_[i].time_ns == knots_[i - 2].time_ns) {
-      throw std::invalid_argument(name + " is the third at the same time; a jump needs two");
+      throw std::invalid_argument(knot + " is the third at the same time; a jump needs two");
     }
   }
 }
 
 namespace {
 
-std::vector<ProfileKnot> in_plant_time(const torsio::Profile& knots, std::int64_t start_ns) {
+std::vector<ProfileKnot> in_plant_time(const torsio::Profile& knots, std::int64_t start_ns,
+                                       std::string_view name) {
   constexpr double kLongestS = 1e9;
   std::vector<ProfileKnot> made;
   made.reserve(knots.size());
@@ -35,7 +38,7 @@ std::vector<ProfileKnot> in_plant_time(const torsio::Profile& knots, std::int64_
     // False for NaN.
     if (!(std::abs(knot.time_s) <= kLongestS)) {
       std::ostringstream text;
-      text << "profile: a knot's time_s is " << knot.time_s << ", allowed are -1e9 to 1e9 s";
+      text << name << ": a knot's time_s is " << knot.time_s << ", allowed are -1e9 to 1e9 s";
       throw std::invalid_argument(text.str());
     }
     made.push_back({start_ns + std::llround(knot.time_s * 1e9), knot.value});
@@ -45,8 +48,8 @@ std::vector<ProfileKnot> in_plant_time(const torsio::Profile& knots, std::int64_
 
 }  // namespace
 
-Profile::Profile(const torsio::Profile& knots, std::int64_t start_ns)
-    : Profile(in_plant_time(knots, start_ns)) {}
+Profile::Profile(const torsio::Profile& knots, std::int64_t start_ns, std::string_view name)
+    : Profile(in_plant_time(knots, start_ns, name), name) {}
 
 ProfileSegment Profile::segment(std::int64_t time_ns) const {
   const auto after = std::upper_bound(

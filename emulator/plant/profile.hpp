@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 #include "torsio/plant.hpp"
@@ -41,12 +42,13 @@ class Profile {
   static constexpr std::int64_t kAlwaysNs = std::numeric_limits<std::int64_t>::min();
 
   /// @param knots at least one; times not decreasing, at most two at the same time; finite values
+  /// @param name  of the field, for errors
   /// @throws std::invalid_argument that names the first knot which breaks this
-  explicit Profile(std::vector<ProfileKnot> knots);
+  explicit Profile(std::vector<ProfileKnot> knots, std::string_view name = "profile");
 
   /// @param knots the user's, with times from start_ns on
   /// @throws std::invalid_argument as above, and if a time is not within -1e9 and 1e9 s
-  Profile(const torsio::Profile& knots, std::int64_t start_ns);
+  Profile(const torsio::Profile& knots, std::int64_t start_ns, std::string_view name);
 
   /// The function that is `value` at all times.
   [[nodiscard]] static Profile constant(double value) { return Profile({{0, value}}); }

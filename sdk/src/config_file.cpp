@@ -68,7 +68,7 @@ struct ConfigPart {
 
 class ConfigReader {
  public:
-  explicit ConfigReader(std::string_view text) : text_(text) {
+  explicit ConfigReader(std::string_view text) : whole_(text), text_(text) {
     take("\xEF\xBB\xBF");  // as Notepad begins
   }
 
@@ -85,8 +85,10 @@ class ConfigReader {
   }
 
  private:
-  [[noreturn]] static void fail() {
-    throw InvalidArgument("this is no text of dump_config() or `torsio config dump`");
+  [[noreturn]] void fail() const {
+    const auto* const at = whole_.data() + (whole_.size() - text_.size());
+    throw InvalidArgument("line " + std::to_string(1 + std::count(whole_.data(), at, '\n')) +
+                          " is no text of dump_config() or `torsio config dump`");
   }
 
   void skip() { text_.remove_prefix(std::min(text_.find_first_not_of(" \t\r\n"), text_.size())); }
@@ -138,7 +140,8 @@ class ConfigReader {
     return value;
   }
 
-  std::string_view text_;
+  std::string_view whole_;
+  std::string_view text_;  // what is left
 };
 
 [[noreturn]] void must_take(std::string_view name, std::string_view takes) {

@@ -149,7 +149,7 @@ void TelemetryStream::throw_unless_armed() const {
   std::optional<Disarm> disarm = device_.last_disarm();
   // Its event may still be on the way.
   if (health.faults != 0) disarm = Disarm{DisarmReason::fault, fault_names(health.faults)};
-  throw Disarmed("the recording was to stay armed, but the knob is not armed" +
+  throw Disarmed("the recording was to stay armed, but the knob is not armed: call arm() first" +
                      (disarm ? "; " + disarm_text(*disarm) : std::string()),
                  disarm ? disarm_reason_name(disarm->reason) : std::string());
 }

@@ -278,7 +278,7 @@ def interrupt_calibration(at: int | None, kind: type[BaseException]) -> tuple[st
         before = [knob.actuator_config(), knob.control_config()]
         try:
             with injection.active():
-                calibrate(knob, quick=True)
+                calibrate(knob, drift=True)
         except BaseException as error:
             if kind_is_lost(error, injection):
                 return "KeyboardInterrupt did not go on", injection

@@ -198,7 +198,7 @@ def _command(*arguments: str) -> None:
 def _found() -> calibration.Calibration:
     if not _FOUND:
         with torsio.open("emulated") as knob:
-            _FOUND.append(calibration.calibrate(knob, quick=True))
+            _FOUND.append(calibration.calibrate(knob, drift=True))
     return _FOUND[0]
 
 

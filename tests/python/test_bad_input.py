@@ -5,8 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 import re
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from types import ModuleType
 from typing import Any
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 
 import torsio
+from tests.python.processes import python
 from torsio import (
     ActuatorConfig,
     BoardConfig,
@@ -35,6 +34,8 @@ from torsio import (
     _torsio,
 )
 
+WALL = Wall(stiffness_nm_per_rad=1.0)
+BACKWARDS = TorqueHand(torque_nm=[(0, 1), (-1, 1)])
 OLD_TORQUE_NM = 0.0123
 
 
@@ -88,6 +89,10 @@ BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
     (lambda k: k.stream_local_model(torque_nm=math.nan), InvalidArgument, "torque_nm"),
     (lambda k: k.start_telemetry(rate_hz=math.nan), InvalidArgument, "rate_hz"),
     (lambda k: k.record(duration_s=math.inf), InvalidArgument, "duration_s"),
+    (lambda k: k.record_to("a\0.mcap"), InvalidArgument, "path cannot name a file: 'a.x00.mcap'"),
+    (lambda k: torsio.load(""), InvalidArgument, "path cannot name a file: ''"),
+    (lambda k: torsio.trade(WALL, parts="belt"), TypeError, "parts must be several names"),
+    (lambda k: k.record_to("a.txt"), InvalidArgument, "ends in .mcap, and 'a.txt' does not"),
     (lambda k: k.read(max_samples=-1), InvalidArgument, "max_samples"),
     (lambda k: k.read(timeout_s=math.nan), InvalidArgument, "timeout_s"),
     (lambda k: k.wait_for("asleep"), InvalidArgument, "state"),  # type: ignore[arg-type]
@@ -96,6 +101,7 @@ BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
     (lambda k: k.zero(), torsio.Refused, "disarm"),
     (lambda k: k.emulator.set_hand(TorqueHand(torque_nm=[])), InvalidArgument, "at least one knot"),
     (lambda k: k.emulator.set_hand(TorqueHand(torque_nm=math.nan)), InvalidArgument, "finite"),
+    (lambda k: k.emulator.set_hand(BACKWARDS), InvalidArgument, "torque_nm: knot 1 is earlier"),
     (lambda k: k.emulator.set_link_faults(LinkFaults(drop_input="all")), TypeError, "drop_input"),  # type: ignore[arg-type]
     (lambda k: k.emulator.skip_ticks(count=-1), InvalidArgument, "count is -1"),
     (lambda k: k.emulator.jump_encoder(counts=2**70), InvalidArgument, "counts"),
@@ -163,6 +169,8 @@ def test_bad_argument_of_open_is_refused_by_name(
 
 
 BAD_VALUES: list[tuple[Callable[[], object], type[Exception], str]] = [
+    (lambda: torsio.open(5), TypeError, "a path, serial number or Transport, not 5"),  # type: ignore[arg-type]
+    (lambda: torsio.open(""), InvalidArgument, "selector is empty"),
     (lambda: Constant(torque_nm=0.1, timing=None), TypeError, "timing"),  # type: ignore[arg-type]
     (lambda: Periodic(amplitude_nm=0.1, frequency_hz=1.0, timing=1.0), TypeError, "timing"),  # type: ignore[arg-type]
     (lambda: Curve(torque_nm="123"), TypeError, "torque_nm must be several numbers"),  # type: ignore[arg-type]
@@ -204,7 +212,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
 @pytest.mark.parametrize("selector", ["/dev/hidraw250", "TS-9999", ""])
 def test_device_that_is_not_there_is_named(selector: str) -> None:
     with pytest.raises(torsio.DeviceNotFound) as caught:
-        torsio.open(selector)
+        torsio.open(selector or None)
     assert isinstance(caught.value, FileNotFoundError)
     assert selector in str(caught.value)
     assert "no knob is plugged in" in str(caught.value)
@@ -266,9 +274,7 @@ CLASSES = sorted(f"{kind.__module__}.{kind.__name__}" for kind in _bound_classes
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_object_that_was_made_without_init_is_a_type_error(name: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_INIT, name], capture_output=True, text=True, check=False
-    )
+    done = python(WITHOUT_INIT, name)
     assert done.stdout == "done\n", (done.returncode, done.stderr)
 
 
@@ -283,9 +289,7 @@ def test_sub_interpreter_is_refused() -> None:
         told = interpreters.run_string(other, script)
         assert told is None, told
     """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
-    )
+    done = python(program)
     # Newer versions of Python say it themselves.
     words = "torsio works in the main interpreter only|does not support loading in subinterpreters"
     assert re.search(words, done.stdout), done.stderr

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 
 import torsio
+from tests.python.processes import command
 from torsio import Constant, PrescribedMotion, TorqueHand, Wall, batch
 
 LONG: Any = 10**5000  # Python does not even print it
@@ -64,7 +64,7 @@ HALF: Any = "\ud800"  # no UTF-8 has it
     [
         (lambda knob: knob.play(LONG), "not an effect: very long"),
         (lambda knob: knob.play([LONG]), "not an effect: very long"),
-        (lambda knob: knob.configure(LONG), "not a configuration: very long"),
+        (lambda knob: knob.configure(LONG), r"configuration: very long; give torsio\.C"),
         (lambda knob: knob.on_event(LONG), "callback must be .*, is very long"),
         (lambda knob: knob.emulator.set_hand(LONG), "not a hand: very long"),
         (lambda knob: knob.emulator.game.write(LONG), "report must be bytes, is very long"),
@@ -97,15 +97,7 @@ def test_commands_print_where_letters_are_few(arguments: tuple[str, ...], tmp_pa
     # Without them Python 3.13 loads no extension, not even NumPy's.
     if sys.prefix.isascii():
         few |= {"LC_ALL": "C", "PYTHONUTF8": "0"}
-    result = subprocess.run(
-        [sys.executable, "-m", "torsio", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        cwd=tmp_path,
-        env={**os.environ, **few},
-    )
+    result = command(*arguments, cwd=tmp_path, env={**os.environ, **few})
     assert result.returncode == 0, result.stderr
     assert "Traceback" not in result.stderr
     assert result.stdout.isascii()

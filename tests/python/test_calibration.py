@@ -166,7 +166,7 @@ def _profile_nm(cogging: torsio.Cogging, angle_rad: npt.NDArray[np.float64]) -> 
 def test_knob_that_still_swings_from_the_last_calibration_is_waited_for() -> None:
     with torsio.open("emulated") as knob:
         calibration.calibrate(knob)
-        assert calibration.calibrate(knob, quick=True).quantities
+        assert calibration.calibrate(knob, drift=True).quantities
 
 
 def test_map_of_the_cogging_is_that_of_the_plant_over_the_whole_turn() -> None:
@@ -335,7 +335,7 @@ def test_emulated_knob_says_how_long_its_calibration_is_kept(found: Any, data_fo
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
     runner = CliRunner()
-    asked = ["calibrate", "--quick", "--json", "--device", "emulated", "--picture"]
+    asked = ["calibrate", "--drift", "--json", "--device", "emulated", "--picture"]
     quiet = runner.invoke(app, [*asked, str(picture := data_folder.parent / "fits.png")])
     assert quiet.exit_code == 0, quiet.output
     assert picture.stat().st_size > 50_000
@@ -367,7 +367,7 @@ def test_cap_that_keeps_the_twist_too_small_is_named(caps: dict[str, float], nam
     with torsio.open("emulated") as knob:
         knob.update(**caps)
         with pytest.raises(calibration.Refusal) as refused:
-            calibration.calibrate(knob, quick=True)
+            calibration.calibrate(knob, drift=True)
     assert refused.value.reason == "limited"
     limit = getattr(torsio.ActuatorConfig(), named.replace("cap", "max"))
     assert f"{named} is {caps[named]:g}, of {limit:g}: raise it" in str(refused.value)
@@ -380,7 +380,7 @@ def test_limit_that_the_doctor_recommends_is_one_that_calibration_takes() -> Non
         assert lacks is not None
         (limit,) = re.findall(r"speed_limit_rad_s=([0-9.]+)", lacks[1])
         knob.update(speed_limit_rad_s=float(limit))
-        calibration.calibrate(knob, quick=True)
+        calibration.calibrate(knob, drift=True)
 
 
 def _as_board(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -399,7 +399,7 @@ def test_board_that_nobody_has_confirmed_is_named_before_anything_turns(
         with pytest.raises(
             calibration.Refusal, match=r"nobody has confirmed.*confirmed=on"
         ) as told:
-            calibration.calibrate(knob, quick=True)
+            calibration.calibrate(knob, drift=True)
         assert told.value.reason == "unconfirmed"
         assert knob.position_rad() == 0.0
 
@@ -415,7 +415,7 @@ def test_board_that_is_held_low_until_it_is_measured_is_measured_without_a_warni
             knob.arm()
         knob.disarm()
         recwarn.clear()
-        assert calibration.calibrate(knob, quick=True).quantities
+        assert calibration.calibrate(knob, drift=True).quantities
     assert not [one for one in recwarn if one.category is torsio.HeldLowWarning]
 
 
@@ -426,7 +426,7 @@ def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
         knob.update(values_are="measured", sigma_knee_1_rad=1e-3)
         knob.update(law="paper", free_assist_nm=1e-3)
         control = knob.control_config()
-        found = calibration.calibrate(knob, quick=True)
+        found = calibration.calibrate(knob, drift=True)
     assert found.shaft == bent
     assert found.known.sigma_knee_1_rad == pytest.approx(1e-3)
     assert found.known.values_are == "measured"

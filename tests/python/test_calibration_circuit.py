@@ -78,12 +78,12 @@ def test_circuit_is_found_as_the_board_sees_it(measured: Any) -> None:
 
 def test_supply_that_nothing_would_use_is_an_error() -> None:
     cases = [
-        (opened(torsio.Electrics()), True, "a quick look leaves them out"),
+        (opened(torsio.Electrics()), True, "a look for drift leaves them out"),
         (torsio.open("emulated"), False, "this device measures no current"),
     ]
     for one, quick, why in cases:
         with one as knob, pytest.raises(torsio.InvalidArgument, match=why):
-            calibration.calibrate(knob, quick=quick, supply_v=12.3)
+            calibration.calibrate(knob, drift=quick, supply_v=12.3)
 
 
 @pytest.mark.parametrize("supply_v", [10.8, pytest.param(13.2, marks=pytest.mark.slow)])
@@ -170,7 +170,7 @@ def test_what_was_configured_meanwhile_stays_and_a_look_before_the_next_start_se
         assert replace(knob.board_config(), **circuit) == board
         assert knob.calibration_config().values_are == "measured"
         knob.sleep(0.5)
-        looked = calibration.calibrate(knob, quick=True)
+        looked = calibration.calibrate(knob, drift=True)
         assert calibration.drifts(found.as_dict(), looked) == []
 
 

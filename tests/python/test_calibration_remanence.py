@@ -38,7 +38,7 @@ def found() -> Found:
         fresh = calibration.calibrate(knob)
         calibration.apply(knob, fresh)
         _use(knob)
-        quick = calibration.calibrate(knob, quick=True)
+        quick = calibration.calibrate(knob, drift=True)
         return Found(fresh, quick, calibration.calibrate(knob))
 
 

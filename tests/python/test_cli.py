@@ -77,8 +77,8 @@ def test_without_a_real_knob_it_is_the_emulated_one_and_that_is_said(
     result = run(*arguments, cwd=tmp_path)
     first = result.stderr.splitlines()[0]
     assert first == (
-        "knob     emulated, serial number EMULATED, as no real knob is plugged in, "
-        "which forgets its settings when this command ends"
+        "knob     emulated, serial number EMULATED; no real knob is plugged in; "
+        "settings are forgotten"
     )
 
 
@@ -88,9 +88,9 @@ def test_real_knob_is_taken_unless_another_is_named(
     command: tuple[str, ...], arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "haptic knob", "pico2", "hid", "")
-    asked: list[tuple[str, bool]] = []
+    asked: list[tuple[str | None, bool]] = []
 
-    def refuse(selector: str, *, emulator: torsio.EmulatorOptions | None) -> None:
+    def refuse(selector: str | None, *, emulator: torsio.EmulatorOptions | None) -> None:
         asked.append((selector, emulator is not None))
         raise torsio.DeviceBusy("in use")
 
@@ -98,7 +98,7 @@ def test_real_knob_is_taken_unless_another_is_named(
     monkeypatch.setattr(torsio, "open", refuse)
     result = CliRunner().invoke(app, [*command, *arguments])
     assert result.exit_code == 1
-    assert asked == [("emulated", command[0] == "demo") if arguments else ("", False)]
+    assert asked == [("emulated", command[0] == "demo") if arguments else (None, False)]
 
 
 def test_options_of_the_emulated_knob_are_refused_while_a_real_one_would_be_taken(
@@ -125,12 +125,8 @@ def test_help_says_of_each_word_what_it_is_and_of_none_that_it_is_always_there()
 
 
 def test_module_runs_as_the_command_does() -> None:
-    result = subprocess.run(
-        [sys.executable, "-m", "torsio", "list", "--json"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    words = [sys.executable, "-m", "torsio", "list", "--json"]
+    result = subprocess.run(words, capture_output=True, text=True, check=True)
     assert result.stdout == run("list", "--json").stdout
     usage = subprocess.run(
         [sys.executable, "-m", "torsio", "-h"], capture_output=True, text=True, check=True
@@ -171,6 +167,7 @@ def test_missing_device_is_one_sentence_and_status_1(arguments: tuple[str, ...])
         ("demo", "wall", "--device", "TS-9999", "--seed", "1"),
         ("demo", "wall", "--json", "numbers.json"),
         ("demo", "wall", "--seed", "-1"),
+        ("stop", "--device", ""),
         ("info", "--colour"),
     ],
 )

@@ -137,7 +137,7 @@ def test_map_on_a_full_disk_leaves_none(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "command",
-    ["stability --device emulated --quick", "calibrate --device emulated --quick",
+    ["stability --device emulated --quick", "calibrate --device emulated --drift",
      "trade scene.py --quick --no-extremes --parts cogging"],
 )  # fmt: skip
 def test_result_is_printed_though_its_picture_cannot_be_drawn(

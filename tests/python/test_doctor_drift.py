@@ -1,4 +1,4 @@
-"""`torsio doctor --quick`: a knob that is not any more what it was when it was calibrated."""
+"""`torsio doctor --drift`: a knob that is not any more what it was when it was calibrated."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def emulated(seed: int = 1, **plant: float) -> torsio.Knob:
 
 def keep_calibration() -> None:
     with emulated() as knob:
-        calibration.keep(calibration.calibrate(knob, quick=True))
+        calibration.keep(calibration.calibrate(knob, drift=True))
 
 
 def test_only_what_has_changed_is_found_to_have_drifted() -> None:
@@ -96,10 +96,10 @@ def test_command_adds_the_finding_for_a_knob_that_is_named(monkeypatch: pytest.M
         return [doctor.Report(selector, [Finding("firmware", True, "as in this library")])]
 
     monkeypatch.setattr(doctor, "diagnose", one)
-    result = CliRunner().invoke(app, ["doctor", "--device", "emulated", "--quick", "--json"])
+    result = CliRunner().invoke(app, ["doctor", "--device", "emulated", "--drift", "--json"])
     assert result.exit_code == 1
     (report,) = json.loads(result.stdout)["reports"]
     assert [finding["check"] for finding in report["findings"]] == ["firmware", "drift"]
-    unnamed = CliRunner().invoke(app, ["doctor", "--quick"])
+    unnamed = CliRunner().invoke(app, ["doctor", "--drift"])
     assert unnamed.exit_code == 2
     assert "name it with --device" in unnamed.output

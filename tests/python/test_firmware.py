@@ -265,7 +265,9 @@ def file(tmp_path: Path) -> Path:
 
 
 def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> FirmwareUpdate:
-    return torsio.update_firmware(file, selector, host=board, **{"timeout_s": 10.0} | options)
+    return torsio.update_firmware(
+        file, selector or None, host=board, **{"timeout_s": 10.0} | options
+    )
 
 
 def test_update_disarms_copies_and_sees_the_new_version_run(board: StandIn, file: Path) -> None:

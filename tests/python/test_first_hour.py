@@ -313,7 +313,7 @@ def test_knob_telemetry_and_calibration_show_themselves() -> None:
     columns: Any = log[["tick", "flags"]]
     assert columns._repr_html_() is None
     with torsio.open("emulated") as knob:
-        found = calibration.calibrate(knob, quick=True)
+        found = calibration.calibrate(knob, drift=True)
     assert len(repr(found)) < 100
     assert all(f"<td>{name}</td>" in found._repr_html_() for name in found.quantities)
     for figure in (log.plot(), WALL.plot(), found.plot(), torsio.Recorded(log).plot()):

@@ -24,6 +24,7 @@ from pyarrow import parquet
 from rich.console import Console
 
 import torsio
+from tests.python.processes import TORSIO, command
 from tests.recordings import check_recording, counts_in_foxglove
 from torsio.apps.commands.live import monitor_table
 from torsio.knob.recording import _DeviceClock
@@ -31,7 +32,6 @@ from torsio.printed.config import Law
 from torsio.recordings.file import RecordingFile
 from torsio.trading.sources import options_of
 
-TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
 
 
@@ -55,6 +55,8 @@ def test_recording_holds_what_was_read_slept_over_and_asked(
         with pytest.raises(torsio.Error, match="recorded already"):
             knob.record_to(file)
     knob.disarm()  # after the end: not in it
+    with pytest.raises(torsio.Closed, match="has ended"):
+        recording.note("lost")
 
     recorded = torsio.load(file)
     assert recorded.whole
@@ -241,7 +243,7 @@ def test_damaged_chunk_costs_no_other(knob: torsio.Knob, tmp_path: Path) -> None
 def test_program_that_is_killed_leaves_what_it_had(tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     with subprocess.Popen(
-        [sys.executable, "-c", TURN, "record", file, "--device", "emulated"],
+        [sys.executable, "-c", TORSIO, "record", file, "--device", "emulated"],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     ) as process:
@@ -263,7 +265,7 @@ def test_tables_hold_the_same_numbers(knob: torsio.Knob, tmp_path: Path) -> None
         knob.sleep(0.3)
     recorded = torsio.load(file)
     for ending in ("csv", "parquet"):
-        done = _torsio("export", file, tmp_path / f"x.{ending}")
+        done = command("export", file, tmp_path / f"x.{ending}")
         assert done.returncode == 0, done.stderr
     table = parquet.read_table(tmp_path / "x.parquet")
     rows = list(csv.DictReader(io.StringIO((tmp_path / "x.csv").read_text())))
@@ -346,7 +348,7 @@ def test_field_that_is_not_known_is_left_out_and_one_that_is_missing_named(
         words = rf"was written by Torsio {torsio.__version__}, and a message lacks '{field}'"
         with pytest.raises(torsio.Error, match=words):
             torsio.load(torn)
-        done = _torsio("export", torn, tmp_path / "x.csv")
+        done = command("export", torn, tmp_path / "x.csv")
         assert done.returncode == 1
         assert not (tmp_path / "x.csv").exists()
 
@@ -445,7 +447,7 @@ def test_place_where_no_table_can_be_is_named_as_it_was_given(
     folder.mkdir()
     of_folder = "denied" if sys.platform == "win32" else "Is a directory"
     for place, why in ((table, "No such file or directory"), (folder, of_folder)):
-        done = _torsio("export", file, place)
+        done = command("export", file, place)
         assert done.returncode == 1
         assert done.stderr.startswith("torsio: error: ")
         assert why in done.stderr
@@ -460,16 +462,6 @@ def test_file_that_cannot_be_made_leaves_the_knob_as_it_was(
         knob.record_to(tmp_path / "no" / "folder.mcap")
     with knob.record_to(tmp_path / "x.mcap"):
         pass
-
-
-def _torsio(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", TURN, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
 
 
 def test_monitor_says_that_a_wall_is_rendered_as_it_was_asked(knob: torsio.Knob) -> None:

@@ -7,8 +7,6 @@ nothing of the way that the inputs take into them.
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,10 +17,10 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
+from tests.python.processes import command
 from torsio import emulator
 from torsio.apps.cli import app
 
-RUN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4, damping_nm_s_per_rad=0.002)
 HAND = torsio.ImpedanceHand(
     inertia_kg_m2=2e-5,
@@ -146,11 +144,13 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
         torsio.replay(file, **{"walls.stiffness_nm_per_rad": 1})
     with pytest.raises(torsio.InvalidArgument, match="you can change stiffness_nm"):
         torsio.replay(file, **{"wall.angle_rad": 1})
-    with pytest.raises(torsio.InvalidArgument, match="no field lawn"):
+    with pytest.raises(
+        torsio.InvalidArgument, match="no configuration has a field 'lawn'; there are law"
+    ):
         torsio.replay(file, lawn=1)
-    with pytest.raises(torsio.InvalidArgument, match="beta is 7"):
+    with pytest.raises(torsio.InvalidArgument, match="beta is 7, allowed are 0 to 1"):
         torsio.replay(file, beta=7)
-    with pytest.raises(torsio.InvalidArgument, match=r"law is 'foo': .* one of 'paper', 'comp"):
+    with pytest.raises(torsio.InvalidArgument, match=r"law is 'foo', allowed are paper, comp"):
         torsio.replay(file, law="foo")
 
 
@@ -369,7 +369,7 @@ def test_second_recording_of_a_knob_is_replayed_from_its_counts(tmp_path: Path) 
     assert not replayed.from_inputs
     assert replayed.first_difference == ""
     assert replayed.recorded["desired_torque_nm"].min() < -0.1
-    done = _torsio("replay", file)
+    done = command("replay", file)
     assert done.returncode == 0, done.stderr
     assert "its inputs do not begin at power-up" in done.stderr
     assert "from the counts in the telemetry" in done.stdout
@@ -450,31 +450,21 @@ def test_replayed_device_refuses_what_is_no_input() -> None:
     assert device.take_outputs() == []
 
 
-def _torsio(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", RUN, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-
-
 def test_commands_record_replay_and_report(tmp_path: Path) -> None:
     file, report = tmp_path / "x.mcap", tmp_path / "report.zip"
-    done = _torsio("record", file, "--device", "emulated", "--seconds", "0.5")
+    done = command("record", file, "--device", "emulated", "--seconds", "0.5")
     assert done.returncode == 0, done.stderr
-    done = _torsio("replay", file)
+    done = command("replay", file)
     assert done.returncode == 0, done.stderr
     assert "the same, to the bit" in done.stdout
-    done = _torsio("replay", file, "--set", "law=motor_only")
+    done = command("replay", file, "--set", "law=motor_only")
     assert done.returncode == 0, done.stderr
     for wrong in ("law", "lawn=1", "beta=high"):
-        done = _torsio("replay", file, "--set", wrong)
+        done = command("replay", file, "--set", wrong)
         assert done.returncode == 1
         assert done.stderr.startswith("torsio: error: ")
 
-    done = _torsio("report", report, "--device", "emulated", "--recording", file)
+    done = command("report", report, "--device", "emulated", "--recording", file)
     assert done.returncode == 0, done.stderr
     with zipfile.ZipFile(report) as archive:
         assert archive.read("recording.mcap") == file.read_bytes()

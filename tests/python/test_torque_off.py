@@ -407,7 +407,7 @@ def test_one_of_two_recordings_that_begin_at_once_is_refused(tmp_path: Path) -> 
 def test_calibration_that_cannot_put_the_configuration_back_says_so() -> None:
     knob = torsio.open("emulated")
     with pytest.raises(torsio.Error, match="ActuatorConfig from before"):
-        calibrate(knob, quick=True, progress=lambda _: knob.close())
+        calibrate(knob, drift=True, progress=lambda _: knob.close())
 
 
 @pytest.mark.parametrize("paced", [False, True])

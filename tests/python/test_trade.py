@@ -171,7 +171,7 @@ def test_batch_at_the_rate_of_the_reference_differs_by_nothing() -> None:
 def test_trade_says_by_how_much_it_falls_short() -> None:
     # Only the reference is as exact, and the device's noise begins earlier.
     plant = torsio.PlantParams(encoder_noise_counts=0.25)
-    found = torsio.trade(WALL, plant=plant, wanted=1e-9, quick=True, stretch=False)
+    found = torsio.trade(WALL, plant=plant, wanted_jnds=1e-9, quick=True, stretch=False)
     assert found.proposal.variant == Variant()
     assert not found.holds
     assert found.short_by_jnds == pytest.approx(found.on_device.difference.jnds - 1e-9)
@@ -195,7 +195,7 @@ def test_proposal_that_fails_gives_way_to_one_that_verifies() -> None:
 def test_search_ends_where_a_proposal_holds_on_the_device_too() -> None:
     # The device's noise is another: there most of the cheap rows are worse than 1 JND.
     found = torsio.trade(
-        replace(WALL, stiffness_nm_per_rad=20.0), wanted=1.0, quick=True, stretch=False
+        replace(WALL, stiffness_nm_per_rad=20.0), wanted_jnds=1.0, quick=True, stretch=False
     )
     assert found.holds
     assert found.proposal.variant != Variant()
@@ -259,7 +259,7 @@ def test_verdict_on_a_part_follows_from_error_and_cost(
 
 def test_proposal_swings_only_if_the_scene_does() -> None:
     plant, wall = torsio.PlantParams(), replace(WALL, stiffness_nm_per_rad=30.0)
-    found = torsio.trade(wall, plant=plant, wanted=2.0, quick=True, stretch=False)
+    found = torsio.trade(wall, plant=plant, wanted_jnds=2.0, quick=True, stretch=False)
     assert not found.swings
     options = options_of(wall, {"plant": plant})
     coarse = found.row(rate_hz=1000)
@@ -320,7 +320,7 @@ def test_interrupted_trade_goes_on_where_it_was(
 
     def run(**more: object) -> Trade:
         plant = torsio.PlantParams()
-        return torsio.trade(WALL, plant=plant, quick=True, stretch=False, keep=kept, **more)  # type: ignore[arg-type]
+        return torsio.trade(WALL, plant=plant, quick=True, stretch=False, resume=kept, **more)  # type: ignore[arg-type]
 
     with pytest.raises(KeyboardInterrupt):
         run(on_progress=interrupt)
@@ -544,9 +544,13 @@ def test_command_prints_words_json_and_a_picture(tmp_path: Path) -> None:
     assert told["extremes"] == []
     assert told["swings"] is False
     # Said before a run, and after one that could keep nothing.
-    lost = CliRunner().invoke(app, [*quick[:5], "--picture", str(tmp_path / "no" / "x.png")])
-    assert "its folder does not exist" in " ".join(lost.stderr.split())
-    kept = CliRunner().invoke(app, [*quick[:5], "--no-extremes", "--keep", str(tmp_path / "no/x")])
+    for place, why in (
+        ("no/x.png", "its folder does not exist"),
+        ("x.jpe", "ends in neither .png"),
+    ):
+        lost = CliRunner().invoke(app, [*quick[:5], "--picture", f"{tmp_path}/{place}"])
+        assert why in " ".join(lost.stderr.split())
+    kept = CliRunner().invoke(app, [*quick[:5], "--no-extremes", "--resume", f"{tmp_path}/no/x"])
     assert "nothing more is kept there" in " ".join(kept.stderr.split())
     assert "warn(" not in kept.stderr
 
@@ -561,7 +565,8 @@ def test_command_prints_words_json_and_a_picture(tmp_path: Path) -> None:
         ("scene = 7", [], "scene must be effects"),
         ("import torsio; scene = torsio.Wall(stiffness_nm_per_rad=-1.0)", [], "stiffness"),
         ("scene = []", ["--parts", "wings"], "there is no part wings"),
-        ("scene = []", ["--wanted", "0"], "wanted must be finite and > 0"),
+        ("scene = []", [], "scene has no effect"),
+        ("scene = []", ["--wanted", "0"], "wanted_jnds must be finite and > 0"),
     ],
 )
 def test_command_says_what_is_wrong(
@@ -573,7 +578,7 @@ def test_command_says_what_is_wrong(
     result = CliRunner().invoke(app, ["trade", str(file), "--quick", *more])
     assert result.exit_code == 1
     assert reason in " ".join(result.stderr.split())
-    assert "Traceback" not in result.output
+    assert result.stderr.startswith("torsio: error: ")
 
 
 def test_reference_has_every_part() -> None:

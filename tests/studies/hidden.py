@@ -72,7 +72,7 @@ def calibrate_hidden(hidden: HiddenKnob, *, quick: bool, emulated: bool = False)
     with hidden_board(hidden, emulated=emulated) as knob:
         if hidden.reversed:
             try:
-                calibration.calibrate(knob, quick=quick)
+                calibration.calibrate(knob, drift=quick)
                 row["refused_rightly"] = False
             except calibration.Refusal as refusal:
                 row["refused_rightly"] = refusal.reason == "reversed"
@@ -80,7 +80,7 @@ def calibrate_hidden(hidden: HiddenKnob, *, quick: bool, emulated: bool = False)
             knob.sleep(1.0)  # until it stands again
         row |= {"refused": None, "found": {}}
         try:
-            found = calibration.calibrate(knob, quick=quick)
+            found = calibration.calibrate(knob, drift=quick)
         except calibration.Refusal as refusal:
             row["refused"] = f"{refusal.reason}: {refusal}"
             return row

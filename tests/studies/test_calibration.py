@@ -105,7 +105,7 @@ def test_quick_calibration_at_a_board_s_rate_says_nothing_of_swings_it_did_not_m
 ) -> None:
     hidden = hidden_knob(number)
     with emulated(hidden.plant, seed=number) as knob:
-        found = calibrate(knob, quick=True).quantities
+        found = calibrate(knob, drift=True).quantities
     assert not {"knob_inertia_kg_m2", "shaft_damping_nm_s_per_rad", "rise_s"} & set(found)
     truth = truth_of(hidden.plant)
     for name in ("inertia_kg_m2", "coulomb_nm", "stiffness_nm_per_rad"):

@@ -276,7 +276,7 @@ def calibrate(bench: Bench) -> Shown:
     device.update(speed_limit_rad_s=160.0)
     try:
         supply_v = None if bench.quick else knob.number("supply_v")
-        found = calibration.calibrate(device, supply_v=supply_v, quick=bench.quick)
+        found = calibration.calibrate(device, supply_v=supply_v, drift=bench.quick)
     except (calibration.Refusal, torsio.Refused) as error:
         # A fault of the device is named by itself, as `torsio doctor` would.
         reason = next(iter(device.faults()), getattr(error, "reason", "refused"))
@@ -365,7 +365,7 @@ def run(bench: Bench, tell: Callable[[Seen], object], steps: Any = STEPS) -> See
             warnings.simplefilter("ignore", torsio.HeldLowWarning)
             warnings.simplefilter("ignore", torsio.SceneWarning)
             text, finding = step(bench)
-        how = "--quick" if bench.quick else f"--supply {bench.knob.number('supply_v'):g}"
+        how = "--drift" if bench.quick else f"--supply {bench.knob.number('supply_v'):g}"
         seen = Seen(title, command.format(how=how), text, finding)
         tell(seen)
         if finding == KEEP:

@@ -115,7 +115,7 @@ def rehearse(
     chip: Annotated[
         bool, typer.Option("--chip", help="The released firmware in its chip: takes minutes.")
     ] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Calibrate with --quick.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Calibrate with --drift.")] = False,
 ) -> None:
     """Go through the steps of docs/how-to/first-power.md, and name what is wrong.
 

@@ -14,7 +14,6 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich.progress import Progress
 
 from torsio.common.drawing import drawn
 from torsio.common.whole_file import beside, content
@@ -49,29 +48,26 @@ class Study:
     out: Path | None = None
     quick: bool = False
     settings: dict[str, Any] = field(default_factory=dict)
-    progress: Progress | None = None
+    progress: Callable[[str, float, float], None] | None = None
     figures: list[str] = field(default_factory=list)
 
     def track(self, items: Iterable[T], label: str, total: int | None = None) -> Iterator[T]:
         """Go through the items with a line of progress."""
-        if self.progress is None:
-            yield from items
-            return
         if total is None:
             items = list(items)
             total = len(items)
-        task = self.progress.add_task(label, total=total)
-        for item in items:
+        count = self.counter(label, total)
+        for done, item in enumerate(items, 1):
             yield item
-            self.progress.advance(task)
+            count(done)
 
     def counter(self, label: str, total: int) -> Callable[[int], None]:
         """Give a function to be called with how many of `total` are done."""
         progress = self.progress
         if progress is None:
             return lambda _: None
-        task = progress.add_task(label, total=total)
-        return lambda done: progress.update(task, completed=done)
+        progress(label, 0, total)
+        return lambda done: progress(label, done, total)
 
     @contextlib.contextmanager
     def figure(

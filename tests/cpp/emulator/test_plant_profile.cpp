@@ -45,7 +45,7 @@ TEST_CASE("profile refuses knots that make no function of time") {
   using Knots = std::vector<ProfileKnot>;
   CHECK_THROWS_WITH_AS(Profile(Knots{}), "profile: needs at least one knot", std::invalid_argument);
   CHECK_THROWS_WITH_AS(Profile(Knots{{0, 1.0}, {-1, 1.0}}),
-                       "profile: knot 1 is earlier than the knot before it", std::invalid_argument);
+                       "profile: knot 1 is earlier than knot 0", std::invalid_argument);
   CHECK_THROWS_WITH_AS(Profile(Knots{{0, nan}}), "profile: knot 0 has a value that is not finite",
                        std::invalid_argument);
   CHECK_THROWS_AS(Profile(Knots{{0, 0.0}, {1, infinity}}), std::invalid_argument);

@@ -163,7 +163,7 @@ TEST_CASE("a text that says what cannot be is told as what it is, and changes no
     CHECK(contains(message_of<InvalidArgument>([&] { load_config(knob, text); }), why));
     CHECK(dump_config(knob) == before);
   };
-  refused(R"({"control_config": {"beta": 0.75}} x)", "no text of");
+  refused("{\"control_config\": {\"beta\": 0.75}}\n x", "line 2 is no text of");
   refused(R"({"control_config": {"law": "calibrated\}})", "no text of");
   refused(R"({"control_config": {"beta": -}})", "no text of");
   refused(R"({"control_config": {"beta": inf}})", "no text of");

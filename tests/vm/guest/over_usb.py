@@ -105,9 +105,9 @@ class Pool:
         self.busy: list[tuple[tuple[Any, ...], VirtualKnob, torsio.Knob]] = []
         self.numbers = itertools.count(1)
 
-    def open(self, selector: str = "", **options: Any) -> torsio.Knob:
+    def open(self, selector: str | None = None, **options: Any) -> torsio.Knob:
         """Stand in for `torsio.open`."""
-        if selector != "emulated" and not selector.startswith("emulated:"):
+        if selector is None or selector.partition(":")[0] != "emulated":
             return opening.open(selector, **options)
         # Nothing here looks at seed and truth, and this knob is paced.
         emulator = options.pop("emulator", None) or torsio.EmulatorOptions()

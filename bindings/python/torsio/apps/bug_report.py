@@ -127,7 +127,7 @@ def _record(selector: str, file: Path, duration_s: float) -> Path | None:
     """Record the knob as it is, if it can be; the doctor has said why not."""
     options = torsio.EmulatorOptions(log_inputs=True) if selects_emulated(selector) else None
     try:
-        with torsio.open(selector, emulator=options) as knob, knob.record_to(file):
+        with torsio.open(selector or None, emulator=options) as knob, knob.record_to(file):
             knob.sleep(duration_s)
     except Error:
         return file if file.exists() else None

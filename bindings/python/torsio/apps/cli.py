@@ -26,7 +26,16 @@ from torsio.apps.commands import (
     stability,
     trade,
 )
-from torsio.apps.commands.shared import AsJson, Device, opened, plainly, print_json, value_text
+from torsio.apps.commands.shared import (
+    AsJson,
+    Device,
+    device_option,
+    opened,
+    option,
+    plainly,
+    print_json,
+    value_text,
+)
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import asks, err, out
 from torsio.printed.config import CONFIGS
@@ -111,17 +120,15 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
 def doctor_command(
     device: Annotated[
         str,
-        typer.Option(
-            "--device",
-            metavar="DEVICE",
-            help="Path, serial number, or 'emulated'. Default: every knob that is plugged in, "
-            "or the emulated one if none is.",
+        device_option(
+            "Path, serial number, or 'emulated'. Default: every knob that is plugged in, "
+            "or the emulated one if none is."
         ),
     ] = "",
-    quick: Annotated[
+    drift: Annotated[
         bool,
         typer.Option(
-            "--quick",
+            "--drift",
             help="Also look for drift with a quick calibration. The knob of --device turns.",
         ),
     ] = False,
@@ -130,12 +137,12 @@ def doctor_command(
     """Check the knobs, and say what to do about each problem.
 
     The exit status is 0 only if all is well. It takes three seconds a knob and changes nothing.
-    With --quick it takes ten more, and the knob turns by itself: take your hand off.
+    With --drift it takes ten more, and the knob turns by itself: take your hand off.
     """
-    if quick and not device:
-        raise typer.BadParameter("it turns a knob: name it with --device", param_hint="--quick")
+    if drift and not device:
+        raise typer.BadParameter("it turns a knob: name it with --device", param_hint="--drift")
     reports = doctor.diagnose_any(device)
-    if quick and reports[0].reaches_knob:
+    if drift and reports[0].reaches_knob:
         reports[0].findings.append(doctor.examine_drift(device))
     ok = all(report.ok for report in reports)
     if as_json:
@@ -170,49 +177,44 @@ def _print_report(report: doctor.Report) -> None:
 @plainly
 def calibrate_command(
     device: Device = "",
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Only compare with the kept values, in 13 seconds.")
+    drift: Annotated[
+        bool, typer.Option("--drift", help="Only compare with the kept values, in 13 seconds.")
     ] = False,
     keep: Annotated[
         bool, typer.Option("--save", help="Keep the findings, without asking.")
     ] = False,
     picture: Annotated[
-        Path | None,
-        typer.Option("--picture", metavar="FILE", help="PNG of all fits and their residuals."),
+        Path | None, option("--picture", "FILE", "PNG of all fits and their residuals.")
     ] = None,
     ambient_c: Annotated[
-        float | None,
-        typer.Option("--ambient", metavar="CELSIUS", help="Ambient temperature, for the record."),
+        float | None, option("--ambient", "CELSIUS", "Ambient temperature, for the record.")
     ] = None,
     supply_v: Annotated[
-        float | None,
-        typer.Option(
-            "--supply", metavar="VOLTS", help="Voltage of the motor's supply, from a meter."
-        ),
+        float | None, option("--supply", "VOLTS", "Voltage of the motor's supply, from a meter.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure the knob: friction, inertia, shaft, brake. Take your hand off; it turns by itself.
 
     Nothing is saved unless you say so. The exit status is 0 only if every step could be trusted
-    and, with --quick, nothing has drifted.
+    and, with --drift, nothing has drifted.
     """
     if picture is not None:
-        need_matplotlib()
+        need_matplotlib(picture)
     say = err if as_json else out
     with opened(device, say, changes=keep) as knob:
-        measured = calibrate.measure(knob, say, quick=quick, ambient_c=ambient_c, supply_v=supply_v)
+        measured = calibrate.measure(knob, say, drift=drift, ambient_c=ambient_c, supply_v=supply_v)
         found = measured["calibration"]
         if as_json:
             changed = [asdict(drift) for drift in measured["changed"]]
             print_json(found.as_dict() | {"changed": changed})
         else:
             calibrate.show(knob, measured, out)
-        if keep or (not quick and not as_json and asks(say, "Keep this on the device?")):
+        if keep or (not drift and not as_json and asks(say, "Keep this on the device?")):
             calibrate.save(knob, found, say)
     if picture is not None:  # last: it may fail
         calibrate.draw(found, picture, say)
-    if quick and measured["changed"]:
+    if drift and measured["changed"]:
         raise typer.Exit(1)
 
 

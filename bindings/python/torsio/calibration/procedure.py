@@ -34,7 +34,7 @@ _Played = dict[Callable[[Runs, Known], Known], Runs]
 def calibrate(
     knob: Knob,
     *,
-    quick: bool = False,
+    drift: bool = False,
     ambient_c: float | None = None,
     supply_v: float | None = None,
     progress: Callable[[str], object] | None = None,
@@ -45,7 +45,7 @@ def calibrate(
 
     Parameters
     ----------
-    quick
+    drift
         13 seconds, to compare with earlier values: no circuit, no cogging, no swings, no brake.
     ambient_c
         Ambient temperature, for the record; above -273 degrees.
@@ -71,7 +71,7 @@ def calibrate(
     if ambient_c is not None:
         checks.number("ambient_c", ambient_c, -273.0, 700.0)
     if supply_v is not None:
-        _check_supply(knob, supply_v, quick=quick)
+        _check_supply(knob, supply_v, drift=drift)
     actuator, control = knob.actuator_config(), knob.control_config()
     _check_ready(knob, control.speed_limit_rad_s)
     plan = Plan(
@@ -79,12 +79,12 @@ def calibrate(
         motor_nm=min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm),
         brake_nm=_BRAKE_SHARE * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm),
         demagnetised=knob.board_config().brake_inductance_h > 0.0,
-        quick=quick,
+        quick=drift,
     )
     electric = None
     try:
         with Player.playing(knob) as player:
-            if not quick and player.motor_current().measured:
+            if not drift and player.motor_current().measured:
                 most = {"motor_nm": plan.motor_nm, "brake_nm": plan.brake_nm}
                 electric = CircuitSteps(knob, **most, supply_v=supply_v)
             else:
@@ -124,10 +124,10 @@ def _parts_of(played: _Played, drive: Drive) -> Parts:
     return known.parts
 
 
-def _check_supply(knob: Knob, supply_v: float, *, quick: bool) -> None:
+def _check_supply(knob: Knob, supply_v: float, *, drift: bool) -> None:
     checks.number("supply_v", supply_v, 3.0, 60.0)
-    if quick or not knob.motor_current().measured:
-        why = "a quick look leaves them out" if quick else "this device measures no current"
+    if drift or not knob.motor_current().measured:
+        why = "a look for drift leaves them out" if drift else "this device measures no current"
         raise InvalidArgument(f"supply_v is for the electrical steps, and {why}")
 
 

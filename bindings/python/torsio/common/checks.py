@@ -6,8 +6,9 @@ import math
 import operator
 import os
 import reprlib
-from collections.abc import Iterator, Mapping, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sized
 from dataclasses import MISSING, Field, fields, is_dataclass
+from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, SupportsFloat, SupportsIndex
@@ -103,6 +104,14 @@ def _unknown(kind: str, name: str, known: list[str]) -> str:
     said = f"{kind} has no field {name!r}; its fields are {', '.join(known)}"
     in_rad = f"{name.removesuffix('_deg')}_rad"
     return f"{said}. Angles are in radians: {in_rad}=torsio.deg(...)" if in_rad in known else said
+
+
+def no_field(name: str, kinds: Iterable[Any]) -> str:
+    """Say that none of these configurations has such a field, and which come near."""
+    owners = {field.name: kind.__name__ for kind in kinds for field in fields(kind)}
+    near = ", ".join(f"{field} ({owners[field]})" for field in get_close_matches(name, owners))
+    said = f"there are {near}" if near else "`torsio config get` shows all"
+    return f"no configuration has a field {name!r}; {said}"
 
 
 def usable_cores() -> int:
@@ -211,6 +220,8 @@ def kind(name: str, value: Any, types: type | tuple[type, ...], wanted: str) -> 
 def path(name: str, value: Any) -> Path:
     """Give the name of a file or folder as a path."""
     kind(name, value, (str, os.PathLike), "a path, a string or a pathlib.Path")
+    if value == "" or "\0" in str(value):
+        raise InvalidArgument(f"{name} cannot name a file: {show(value)}")
     return Path(value)
 
 
@@ -234,6 +245,15 @@ def text(name: str, value: Any) -> str:
     except UnicodeEncodeError:
         raise InvalidArgument(f"{name} has no valid characters: {show(value)}") from None
     return str(value)
+
+
+def selector(value: Any) -> str:
+    """Ask for a path or serial number; None is the only knob, and an empty text a mistake."""
+    if value is not None and not isinstance(value, str):
+        raise TypeError(f"selector takes a path, serial number or Transport, not {show(value)}")
+    if value == "":
+        raise InvalidArgument("selector is empty; without one it is the knob that is plugged in")
+    return text("selector", value or "")
 
 
 def flag(name: str, value: Any) -> bool:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from torsio.errors import Error
+from torsio.errors import Error, InvalidArgument
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -74,7 +75,13 @@ def lacking(what: str, extra: str, error: ModuleNotFoundError) -> str:
     )
 
 
-def need_matplotlib() -> None:
+def need_matplotlib(picture: Path | None = None) -> None:
     """Raise `Error` where a picture cannot be drawn, before what it is to show takes its time."""
     if importlib.util.find_spec("matplotlib") is None:
         raise Error(f"a picture needs matplotlib: {how_to_install('plot')}")
+    if picture is None:
+        return
+    if picture.suffix not in (".png", ".svg", ".pdf"):
+        raise InvalidArgument(f"{picture} ends in neither .png nor .svg nor .pdf")
+    if not os.access(picture.resolve().parent, os.W_OK):
+        raise InvalidArgument(f"{picture}: its folder does not exist, or cannot be written in")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, TaskID, TimeElapsedColumn
 from rich.table import Table
 
 __all__ = ["asks", "err", "line", "out", "progress", "table"]
@@ -28,10 +30,21 @@ def table(*headings: str, words: int = 0) -> Table:
     return made
 
 
-def progress(console: Console) -> Progress:
-    """Make lines of progress: what is done, how much of it, and for how long."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    return Progress(*columns, TimeElapsedColumn(), console=console)
+@contextmanager
+def progress(console: Console) -> Iterator[Callable[[str, float, float], None]]:
+    """Show lines of progress once there is some: what is done, how much of it, and for how long."""
+    bar = Progress(*Progress.get_default_columns()[:3], TimeElapsedColumn(), console=console)
+    tasks: dict[str, TaskID] = {}
+    with ExitStack() as shown:
+
+        def show(what: str, done: float, total: float) -> None:
+            if not tasks:
+                shown.enter_context(bar)
+            if what not in tasks:
+                tasks[what] = bar.add_task(what)
+            bar.update(tasks[what], completed=done, total=total)
+
+        yield show
 
 
 def asks(console: Console, question: str) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from torsio import _torsio
@@ -55,7 +54,9 @@ class KnobConfiguration:
             Unless disarmed.
         """
         if type(config) not in _NAMES:
-            raise TypeError(f"not a configuration: {checks.show(config)}")
+            raise TypeError(
+                f"not a configuration: {checks.show(config)}; give torsio.ControlConfig(...)"
+            )
         self._knob.configure(_NAMES[type(config)], config)
         self._recording.note("configure", config=config)
 
@@ -112,12 +113,7 @@ def _config_of(name: str) -> type[Config]:
     """Give the configuration that has a field of this name."""
     if name in _CONFIG_OF:
         return _CONFIG_OF[name]
-    near = get_close_matches(name, _CONFIG_OF)
-    there = ", ".join(f"{field} ({_CONFIG_OF[field].__name__})" for field in near)
-    raise TypeError(
-        f"no configuration has a field {name!r}; "
-        + (f"there are {there}" if near else "`torsio config get` shows all")
-    )
+    raise TypeError(checks.no_field(name, CONFIGS.values()))
 
 
 def put_back(knob: Knob, config: Config, what: str) -> None:

@@ -112,7 +112,7 @@ class FirmwareUpdate(checks.ShortRepr):
     """The configuration before, for `torsio.load_config`; empty if it could not be read."""
 
 
-def start_bootloader(selector: str = "") -> None:
+def start_bootloader(selector: str | None = None) -> None:
     """Disarm a device and have it wait for new firmware, as a drive of its boot loader.
 
     It stays there until a file was copied onto the drive or it was unplugged. Devices of other
@@ -124,7 +124,7 @@ def start_bootloader(selector: str = "") -> None:
         It has no boot loader, as an emulated one.
     DeviceNotFound, PermissionDenied, DeviceBusy, Timeout
     """
-    _torsio.start_bootloader(checks.text("selector", selector))
+    _torsio.start_bootloader(checks.selector(selector))
 
 
 def read_firmware(path: str | Path) -> FirmwareFile:
@@ -150,7 +150,7 @@ def _silent(_: str) -> None:
 
 def prepare_update(
     path: str | Path,
-    selector: str = "",
+    selector: str | None = None,
     *,
     drive: str | Path | None = None,
     timeout_s: float = 60.0,
@@ -164,7 +164,7 @@ def prepare_update(
     path
         The file, `torsio-BOARD.uf2`.
     selector
-        Path or serial number. Empty means the only knob, or a board that waits in its boot loader,
+        Path or serial number. None means the only knob, or a board that waits in its boot loader,
         as after plugging in with its button held.
     drive
         Folder of the boot loader's drive. Needed except on Linux, where it is found.
@@ -187,7 +187,7 @@ def prepare_update(
     checks.function("say", say)
     plan = _torsio.prepare_update(
         checks.path("path", path),
-        checks.text("selector", selector),
+        checks.selector(selector),
         None if drive is None else checks.path("drive", drive),
         checks.number("timeout_s", timeout_s),
         say,
@@ -219,7 +219,7 @@ def carry_out(plan: FirmwarePlan) -> FirmwareUpdate:
 
 def update_firmware(
     path: str | Path,
-    selector: str = "",
+    selector: str | None = None,
     *,
     drive: str | Path | None = None,
     timeout_s: float = 60.0,

@@ -348,7 +348,7 @@ class Knob:
         Parameters
         ----------
         path
-            A file to be made or overwritten; its name ends in ``.mcap`` by custom.
+            A file to be made or overwritten; its name ends in ``.mcap``.
 
         Returns
         -------

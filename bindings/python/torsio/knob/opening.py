@@ -16,7 +16,7 @@ _MAX_RING_SAMPLES = 2**24
 
 
 def open(
-    selector: str | Transport = "",
+    selector: str | Transport | None = None,
     *,
     emulator: EmulatorOptions | None = None,
     command_timeout_s: float = 1.0,
@@ -27,7 +27,7 @@ def open(
     Parameters
     ----------
     selector
-        Path, serial number, "emulated", "emulated:NAME", or empty for the only real device.
+        Path, serial number, "emulated", "emulated:NAME", or None for the only real device.
         "emulated" gives a new knob each time. "emulated:NAME" is one device: it keeps its saved
         configuration while the process lives, and a second open of it raises `DeviceBusy`. Or a
         `Transport` of one's own, which is closed with the knob.
@@ -48,7 +48,7 @@ def open(
     if isinstance(selector, Transport):
         time_waits = selector.time_is_virtual
     else:
-        selector = checks.text("selector", selector)
+        selector = checks.selector(selector)
         time_waits = selects_emulated(selector) and not (emulator and emulator.paced)
     return Knob(
         _torsio.open_knob(

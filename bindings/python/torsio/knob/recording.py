@@ -113,7 +113,7 @@ class KnobRecording:
                 self._file = RecordingFile(path, metadata, self, lost)
                 self._file.put(self._file.write_reports, [begun])
                 if any(content[0] == _COMMIT for _, sent, content in begun if sent):
-                    self._file.note("playing", scene=self._scene)
+                    self._file.note_order("playing", scene=self._scene)
                 # What came before is not in it.
                 self._stream = None, False, self._knob.start_telemetry(None, False)
                 return self._file
@@ -151,7 +151,7 @@ class KnobRecording:
         if kind == "play":
             self._scene = values["scene"]
         if self._file is not None:
-            self._file.note(kind, **values)
+            self._file.note_order(kind, **values)
 
     def warn_if_never_armed(self) -> None:
         """Say so, once for each scene, when a reading has come to its end or was left early.

@@ -21,7 +21,7 @@ from torsio import _torsio, protocol
 from torsio.common.extras import how_to_install
 from torsio.common.whole_file import beside
 from torsio.common.worker import Worker, exhaust
-from torsio.errors import Error, MalformedReport
+from torsio.errors import Closed, Error, InvalidArgument, MalformedReport
 from torsio.printed.told import Energies
 from torsio.recordings.stream import MOVES_OPEN_FILES, Stream, claimed
 from torsio.telemetry import TELEMETRY_DTYPE, Record
@@ -145,6 +145,8 @@ class RecordingFile:
         except ModuleNotFoundError as error:
             raise missing() from error
         self.path: Final = Path(path)
+        if self.path.suffix != ".mcap":
+            raise InvalidArgument(f"a recording's name ends in .mcap, and {str(path)!r} does not")
         self.samples: int = 0
         """Written so far."""
         self.samples_lost: int = 0
@@ -272,9 +274,16 @@ class RecordingFile:
     def note(self, kind: str, **values: Any) -> None:
         """Write an event of the program's own: a mark, a condition of an experiment.
 
-        Values that JSON lacks become text: NaN is "NaN" and infinity "Infinity", as `float` reads
-        them.
+        Values that JSON lacks become text: NaN is "NaN", as `float` reads it. Raises `Closed` after
+        the recording's end.
         """
+        is_open = self.is_open and self._source() is not None
+        self.note_order(kind, **values)
+        if not is_open:
+            raise Closed(f"the recording {self.path} has ended")
+
+    def note_order(self, kind: str, **values: Any) -> None:
+        """Write an event while the file is open; the knob calls it."""
         source = self._source()
         if self.is_open and source is not None:
             # Encoded here, for it may change, and who wrote it hears that it cannot be.

@@ -28,15 +28,15 @@ from torsio.telemetry import TELEMETRY_DTYPE, Record
 __all__ = ["Replayed", "replay"]
 
 _TICKS_TO_SAVE: Final = 16
+_FIELDS: Final = {
+    report["name"]: {field["name"]: field for field in report["fields"]}
+    for report in protocol.reports()
+}
 # Fields of effects that can be changed: those that travel as they are.
 _EFFECT_FIELDS: Final = {
-    report["name"]: [
-        field["name"]
-        for field in report["fields"]
-        if field["type"] == "f32" and field["count"] == 1 and "fields" not in field
-    ]
-    for report in protocol.reports()
-    if report["fields"][0]["name"] == "target"
+    report: [name for name, of in fields.items() if of["type"] == "f32" and of["count"] == 1]
+    for report, fields in _FIELDS.items()
+    if "target" in fields
 }
 _IDS: Final = {report["name"]: report["id"] for report in protocol.reports()}
 # Compared columns of a sample: all that the device computes, in this order.
@@ -145,8 +145,12 @@ def _by_report(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         wanted.setdefault(owner, {})[name] = on_wire
         try:
             protocol.decode(protocol.encode(owner, {name: on_wire}))
-        except (MalformedReport, ValueError, TypeError) as error:
-            raise InvalidArgument(f"{path} is {checks.show(value)}: {error}") from None
+        except (ValueError, TypeError):
+            field = _FIELDS[owner][name]
+            allowed = field.get("choices") or [f"{field['min']:.10g} to {field['max']:.10g}"]
+            raise InvalidArgument(
+                f"{path} is {checks.show(value)}, allowed are {', '.join(allowed)}"
+            ) from None
     return wanted
 
 
@@ -157,7 +161,7 @@ def _place(path: str) -> tuple[str, str]:
         for part, config in CONFIGS.items():
             if name in {field.name for field in fields(config)}:
                 return f"{part}_config", name
-        raise InvalidArgument(f"there is no field {name} in the device's configuration")
+        raise InvalidArgument(checks.no_field(name, CONFIGS.values()))
     known = _EFFECT_FIELDS.get(effect)
     if known is None:
         raise InvalidArgument(

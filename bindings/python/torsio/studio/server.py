@@ -89,7 +89,7 @@ class _Studio:
 
     def _open(self) -> Knob:
         if self._emulated is None:
-            return open_knob(self._selector)
+            return open_knob(self._selector or None)
         knob = open_knob(self._selector, emulator=self._emulated.calibrated)
         self._emulated.happen(knob.emulator)
         return knob

@@ -53,14 +53,14 @@ def trade(
     hand: Hand | None = None,
     plant: PlantParams | None = None,
     parts: Iterable[str] | None = None,
-    wanted: float = 0.5,
+    wanted_jnds: float = 0.5,
     control: ControlConfig | None = None,
     actuator: ActuatorConfig | None = None,
     shaft: ShaftConfig | None = None,
     board: BoardConfig | None = None,
     quick: bool = False,
     stretch: bool = True,
-    keep: str | Path | None = None,
+    resume: str | Path | None = None,
     threads: int | None = None,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> Trade:
@@ -80,7 +80,7 @@ def trade(
         The knob with all its parts. None: the reference actuator with every part.
     parts
         Parts that the knob has, such as "belt"; the reference's if `plant` lacks one. None: all.
-    wanted
+    wanted_jnds
         How much of the torque that is felt may differ, in JNDs of 7.6 mN m; > 0.
     control, actuator, shaft, board
         The device's configuration. None: its default law, and the plant's true values.
@@ -88,7 +88,7 @@ def trade(
         Leave out one part, or all of them, in place of every combination.
     stretch
         Find the extremes too.
-    keep
+    resume
         A file for the measurements: an interrupted trade goes on from there. A `FeedbackHand` is
         known by its address in memory, so its trade begins anew.
     on_progress
@@ -99,7 +99,7 @@ def trade(
     Error, ValueError, TypeError
         Scene, file or options are wrong, or the hand never touches the scene.
     """
-    checks.positive("wanted", wanted)
+    checks.positive("wanted_jnds", wanted_jnds)
     checks.flag("quick", quick)
     checks.flag("stretch", stretch)
     checks.function("on_progress", on_progress)
@@ -111,8 +111,11 @@ def trade(
         },
         parts,
     )  # fmt: skip
+    if not options.scene:
+        raise Error("scene has no effect: give one that can be felt")
+    kept = None if resume is None else checks.path("resume", resume)
     return trade_loop(
-        options, wanted=wanted, quick=quick, stretch=stretch, keep=keep, threads=threads,
+        options, wanted=wanted_jnds, quick=quick, stretch=stretch, keep=kept, threads=threads,
         on_progress=on_progress,
     )  # fmt: skip
 

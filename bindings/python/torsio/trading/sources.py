@@ -185,7 +185,7 @@ def configured(actuator: ActuatorConfig, shaft: ShaftConfig) -> PlantParams:
 
 def with_parts(plant: PlantParams, names: Iterable[str]) -> PlantParams:
     """Leave a plant these parts. If it lacks one, `EVERYTHING` has it."""
-    wanted, known = set(names), set(PARTS) - set(WHOLE)
+    wanted, known = {*checks.each("parts", names, "several names")}, set(PARTS) - set(WHOLE)
     if unknown := wanted - known:
         raise InvalidArgument(
             f"there is no part {', '.join(sorted(unknown))}; there are {', '.join(sorted(known))}"

@@ -25,7 +25,7 @@ def measure(
     knob: Knob,
     say: Console,
     *,
-    quick: bool,
+    drift: bool,
     ambient_c: float | None,
     supply_v: float | None,
 ) -> dict[str, Any]:
@@ -33,20 +33,20 @@ def measure(
     before = calibration.kept(knob.info.serial)
     board = knob.board_config()
     watched = board.supply_sense_pin != 0 or not knob.motor_current().measured
-    if not (quick or watched or supply_v is not None):
+    if not (drift or watched or supply_v is not None):
         line(
             say,
             f"supply   taken for {board.supply_v:g} V. Measure it and give --supply VOLTS. "
             "Otherwise the torque constant stays uncertain, and the configured one is kept",
         )
-    lasts = "13 seconds" if quick else "half a minute"
+    lasts = "13 seconds" if drift else "half a minute"
     say.print(f"hands off: the knob turns by itself for {lasts}")
 
     def step(name: str) -> None:
         say.print(f"step     {name}")
 
     found = calibration.calibrate(
-        knob, quick=quick, ambient_c=ambient_c, supply_v=supply_v, progress=step
+        knob, drift=drift, ambient_c=ambient_c, supply_v=supply_v, progress=step
     )
     changed = [] if before is None else calibration.drifts(before, found)
     return {

@@ -105,10 +105,9 @@ def _prompt_user(say: Console) -> None:
 
 
 def _run_with_progress(knob: torsio.Knob, say: Console) -> wall.WallVisit:
-    with progress(say) as shown:
-        task = shown.add_task("visiting the wall", total=1.0)
-        visit = wall.run(knob, lambda share: shown.update(task, completed=share))
-        shown.update(task, completed=1.0)
+    with progress(say) as show:
+        visit = wall.run(knob, lambda share: show("visiting the wall", share, 1.0))
+        show("visiting the wall", 1.0, 1.0)
     return visit
 
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import torsio
-from torsio.apps.commands.shared import AsJson, plainly, print_json
+from torsio.apps.commands.shared import AsJson, device_option, option, plainly, print_json
 from torsio.common.screen import asks, err, line, out
 from torsio.common.whole_file import beside
 
@@ -40,22 +40,11 @@ def show_command(file: FirmwareFile, as_json: AsJson = False) -> None:
 def update_command(
     file: FirmwareFile,
     device: Annotated[
-        str,
-        typer.Option(
-            "--device",
-            metavar="DEVICE",
-            help="Path or serial number; needed if more than one knob is plugged in.",
-            show_default=False,
-        ),
+        str, device_option("Path or serial number; needed if more than one knob is plugged in.")
     ] = "",
     drive: Annotated[
         Path | None,
-        typer.Option(
-            "--drive",
-            metavar="FOLDER",
-            help="Folder of the boot loader's drive, if it cannot be found.",
-            show_default=False,
-        ),
+        option("--drive", "FOLDER", "Folder of the boot loader's drive, if it cannot be found."),
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
 ) -> None:
@@ -64,7 +53,9 @@ def update_command(
     The saved configuration stays, unless the reports of the two releases differ. You are told
     first.
     """
-    plan = torsio.prepare_update(file, device, drive=drive, say=lambda text: line(out, f"  {text}"))
+    plan = torsio.prepare_update(
+        file, device or None, drive=drive, say=lambda text: line(out, f"  {text}")
+    )
     line(out, str(plan))
     if plan.loses_configuration:
         line(

@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio.apps.commands.shared import AsJson, Device, Seconds, choose, opened, plainly
+from torsio.apps.commands.shared import AsJson, Device, Seconds, choose, opened, option, plainly
 from torsio.common.documents import entry
 from torsio.common.extras import lacking
 from torsio.common.screen import err, out
@@ -109,10 +109,7 @@ def monitor_command(device: Device = "", seconds: Seconds = None, as_json: AsJso
 def studio_command(
     device: Device = "",
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 0,
-    page: Annotated[
-        Path | None,
-        typer.Option("--page", metavar="FOLDER", help="A built page.", show_default=False),
-    ] = None,
+    page: Annotated[Path | None, option("--page", "FOLDER", "A built page.")] = None,
 ) -> None:
     """Show and drive a knob in a browser: prints the address of a page on this machine.
 

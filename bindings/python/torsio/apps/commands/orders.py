@@ -47,13 +47,13 @@ def arm_command(device: Device = "", seconds: Seconds = None) -> None:
 
 def clear_fault_command(device: Device = "") -> None:
     """Clear latched faults whose cause is gone; `torsio doctor` names them and their cure."""
-    with opened(device, out, order=torsio.Knob.clear_fault):
+    with opened(device, out, order=torsio.Knob.clear_fault, changes=True):
         pass
 
 
 def stop_command(device: Device = "") -> None:
     """Take the torque from a knob that plays on its own, and empty its scene."""
-    with opened(device, out, order=torsio.Knob.stop):
+    with opened(device, out, order=torsio.Knob.stop, changes=True):
         pass
 
 

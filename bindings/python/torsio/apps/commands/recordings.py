@@ -14,9 +14,11 @@ from torsio.apps import bug_report
 from torsio.apps.commands.shared import (
     AsJson,
     Device,
+    assignment,
     choose,
     complain,
     opened,
+    option,
     plainly,
     print_json,
     value_of,
@@ -37,9 +39,7 @@ def record_command(
     device: Device = "",
     duration_s: Annotated[
         float | None,
-        typer.Option(
-            "--seconds", min=0.1, help="End after so long; otherwise Ctrl-C.", show_default=False
-        ),
+        option("--seconds", "S", "End after so long; otherwise Ctrl-C.", min=0.1, max=1e6),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -47,8 +47,6 @@ def record_command(
 
     Whatever happens, the file is whole up to the last second. The knob is not armed.
     """
-    if file.suffix != ".mcap":
-        raise typer.BadParameter(f"{str(file)!r} does not end in .mcap", param_hint="FILE")
     paced = not selects_emulated(choose(device)) or duration_s is None
     with opened(device, err, torsio.EmulatorOptions(paced=paced, log_inputs=True)) as knob:
         recording = knob.record_to(file)
@@ -98,19 +96,14 @@ def export_command(
 
 
 def _changes(given: list[str]) -> dict[str, Any]:
-    """Read NAME=VALUE by the kind of the field."""
+    """Read FIELD=VALUE by the kind of the field."""
     kinds = {
         field.name: type(field.default) for config in CONFIGS.values() for field in fields(config)
     }
     changes: dict[str, Any] = {}
     for pair in given:
-        name, equals, text = pair.partition("=")
-        if not equals or ("." not in name and name not in kinds):
-            raise torsio.Error(
-                f"--set takes NAME=VALUE, a field of the configuration, or one of an effect as in "
-                f"wall.stiffness_nm_per_rad, not {pair!r}; `torsio config get` shows the fields"
-            )
-        changes[name] = value_of(name, text, kinds.get(name, float))
+        name, text = assignment(pair)
+        changes[name] = value_of(name, text, float if "." in name else kinds.get(name, str))
     return changes
 
 
@@ -118,11 +111,10 @@ def replay_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.")],
     changes: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
             "--set",
-            metavar="NAME=VALUE",
-            help="Change, as law=motor_only or wall.stiffness_nm_per_rad=0.7; may be repeated.",
-            show_default=False,
+            "FIELD=VALUE",
+            "Change, as law=motor_only or wall.stiffness_nm_per_rad=0.7; may be repeated.",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -178,10 +170,7 @@ def report_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="File to write; ends in .zip.")],
     device: Device = "",
     recording: Annotated[
-        Path | None,
-        typer.Option(
-            "--recording", metavar="FILE", help="An earlier recording.", show_default=False
-        ),
+        Path | None, option("--recording", "FILE", "An earlier recording.")
     ] = None,
     duration_s: Annotated[
         float, typer.Option("--seconds", min=0.1, max=600.0, help="Length of a new recording.")
@@ -190,7 +179,7 @@ def report_command(
 ) -> None:
     """Make one FILE for a fault report: findings of doctor, versions, a recording.
 
-    The file names what it holds. Nothing in it is personal.
+    It has the serial number; no user, computer or folder, unless notes of the recording do.
     """
     names = bug_report.collect(choose(device), file, recording=recording, duration_s=duration_s)
     if "recording.mcap" not in names:

@@ -9,12 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
-from torsio.apps.commands.shared import Device, opened, plainly, value_of, value_text
+from torsio.apps.commands.shared import Device, assignment, opened, plainly, value_of, value_text
+from torsio.common.checks import no_field
 from torsio.common.screen import err, out
 from torsio.common.whole_file import text_of
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
 from torsio.knob.config_file import dump_config, load_config
+from torsio.printed.config import CONFIGS
 
 __all__ = ["add_to"]
 
@@ -27,9 +29,7 @@ def _fields(knob: Knob, names: list[str]) -> dict[str, tuple[str, Any]]:
         for name, value in values.items()
     }
     if unknown := [name for name in names if name not in fields]:
-        raise InvalidArgument(
-            f"no configuration has a field {unknown[0]!r}; `torsio config get` shows all"
-        )
+        raise InvalidArgument(no_field(unknown[0], CONFIGS.values()))
     return {name: fields[name] for name in names} if names else fields
 
 
@@ -54,14 +54,11 @@ def config_set_command(
     device: Device = "",
 ) -> None:
     """Set fields, and keep them on the knob. Wiring takes effect at its next start."""
-    pairs = [assignment.partition("=") for assignment in assignments]
-    for name, equals, _ in pairs:
-        if not equals:
-            raise InvalidArgument(f"{name!r} is not of the form NAME=VALUE")
+    pairs = [assignment(each) for each in assignments]
     with opened(device, err, changes=True) as knob:
-        now = _fields(knob, [name for name, _, _ in pairs])
+        now = _fields(knob, [name for name, _ in pairs])
         changes: dict[str, dict[str, Any]] = {}
-        for name, _, text in pairs:
+        for name, text in pairs:
             part, value = now[name]
             changes.setdefault(part, {})[name] = value_of(name, text, type(value))
         load_config(knob, json.dumps(changes))

@@ -22,9 +22,12 @@ __all__ = [
     "AsJson",
     "Device",
     "Seconds",
+    "assignment",
     "choose",
     "complain",
+    "device_option",
     "opened",
+    "option",
     "plainly",
     "print_json",
     "value_of",
@@ -34,14 +37,29 @@ __all__ = [
 P = ParamSpec("P")
 T = TypeVar("T")
 
+
+def option(name: str, metavar: str, text: str, **more: Any) -> Any:
+    """Make an option that has no default to show."""
+    return typer.Option(name, metavar=metavar, help=text, show_default=False, **more)
+
+
+def device_option(text: str) -> Any:
+    """Make `--device`; an empty name is refused, as of a shell's variable that is not set."""
+
+    def check(context: typer.Context, device: str) -> str:
+        source = context.get_parameter_source("device")
+        if device == "" and source is not None and source.name != "DEFAULT":
+            raise typer.BadParameter("it is empty")
+        return device
+
+    return option("--device", "DEVICE", text, callback=check)
+
+
 Device = Annotated[
     str,
-    typer.Option(
-        "--device",
-        metavar="DEVICE",
-        help="Path, serial number, or 'emulated'; see `torsio list`. Default: the knob "
-        "that is plugged in, or the emulated one if none is and the command changes nothing kept.",
-        show_default=False,
+    device_option(
+        "Path, serial number, or 'emulated'; see `torsio list`. Default: the knob "
+        "that is plugged in, else the emulated one, unless the command saves."
     ),
 ]
 Seconds = Annotated[
@@ -115,16 +133,16 @@ def opened(
     options = emulator if selects_emulated(selector) else None
     states: list[str] = []
     try:
-        with torsio.open(selector, emulator=options) as knob, telling(knob, states):
+        with torsio.open(selector or None, emulator=options) as knob, telling(knob, states):
             if order is not None:
                 order(knob)
             info = knob.info
-            who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
+            said = [info.path + (f", serial number {info.serial}" if info.serial else "")]
             if selector != device:
-                who.append("as no real knob is plugged in")
+                said.append("no real knob is plugged in")
             if knob.is_emulated:
-                who.append("which forgets its settings when this command ends")
-            line(say, f"knob     {', '.join(who)}")
+                said.append("settings are forgotten")
+            line(say, f"knob     {'; '.join(said)}")
             yield knob
     except KeyboardInterrupt:
         if not states:
@@ -159,6 +177,14 @@ def value_text(key: str, value: Any) -> str:
     if isinstance(value, tuple | list):
         return ", ".join(value) or "none"
     return str(value)
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """Take FIELD=VALUE apart."""
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise torsio.InvalidArgument(f"{text!r} is not of the form FIELD=VALUE")
+    return name, value
 
 
 def value_of(name: str, text: str, kind: type) -> Any:

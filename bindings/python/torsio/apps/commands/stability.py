@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 import torsio
 from torsio import perception, stability
-from torsio.apps.commands.shared import AsJson, Device, opened, plainly, print_json
+from torsio.apps.commands.shared import AsJson, Device, opened, option, plainly, print_json
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import err, line, out
 from torsio.printed.config import ActuatorConfig, ControlConfig
@@ -41,10 +41,7 @@ def stability_command(
     law: Annotated[
         str, typer.Option("--law", metavar="LAW", help="Law in place of the knob's.")
     ] = "",
-    picture: Annotated[
-        Path | None,
-        typer.Option("--picture", metavar="FILE", help="PNG of the map.", show_default=False),
-    ] = None,
+    picture: Annotated[Path | None, option("--picture", "FILE", "PNG of the map.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A coarse map.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -53,7 +50,7 @@ def stability_command(
     The emulated knob follows the configuration. A real knob is only asked for it.
     """
     if picture is not None:
-        need_matplotlib()
+        need_matplotlib(picture)
     say = err if as_json else out
     with opened(device, say) as knob:
         actuator, control, rate_hz = (

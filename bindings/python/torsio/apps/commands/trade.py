@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.progress import TaskID
 
 import torsio
-from torsio.apps.commands.shared import AsJson, plainly, print_json
+from torsio.apps.commands.shared import AsJson, option, plainly, print_json
 from torsio.common import screen
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import err, line, out
@@ -39,36 +37,21 @@ def trade_command(
     ] = 0.5,
     parts: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--parts",
-            metavar="NAMES",
-            help="Parts that the plant has, such as belt,cogging. By default all that are known.",
-            show_default=False,
+            "NAMES",
+            "Parts that the plant has, such as belt,cogging. By default all that are known.",
         ),
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(
-            "--config",
-            metavar="FILE",
-            help="The knob's configuration, from `torsio config dump`.",
-            show_default=False,
-        ),
+        option("--config", "FILE", "The knob's configuration, from `torsio config dump`."),
     ] = None,
     picture: Annotated[
-        Path | None,
-        typer.Option(
-            "--picture", metavar="FILE", help="PNG of error against cost.", show_default=False
-        ),
+        Path | None, option("--picture", "FILE", "PNG of error against cost.")
     ] = None,
-    keep: Annotated[
-        Path | None,
-        typer.Option(
-            "--keep",
-            metavar="FILE",
-            help="Results so far; the next run goes on from there.",
-            show_default=False,
-        ),
+    resume: Annotated[
+        Path | None, option("--resume", "FILE", "Results so far; the next run goes on from there.")
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Only leave out each part alone and all; takes seconds.")
@@ -84,28 +67,19 @@ def trade_command(
     It prints options to paste. The exit status is 0 only if the proposal holds on other visits.
     """  # fmt: skip
     if picture is not None:
-        need_matplotlib()
-        if not os.access(picture.resolve().parent, os.W_OK):
-            raise InvalidArgument(f"{picture}: its folder does not exist, or cannot be written in")
+        need_matplotlib(picture)
     known: dict[str, Any] = {} if config is None else configuration_of(config)
     if parts is not None:
         known["parts"] = [name.strip() for name in parts.split(",") if name.strip()]
-    with warnings.catch_warnings(record=True) as told, screen.progress(err) as bar:
+    with warnings.catch_warnings(record=True) as told, screen.progress(err) as show:
         warnings.simplefilter("always", UserWarning)
-        tasks: dict[str, TaskID] = {}
-
-        def show(what: str, done: int, total: int) -> None:
-            if what not in tasks:
-                tasks[what] = bar.add_task(what, total=total)
-            bar.update(tasks[what], completed=done, total=total)
-
         try:
             found = torsio.trade(
                 file,
-                wanted=wanted,
+                wanted_jnds=wanted,
                 quick=quick,
                 stretch=stretch,
-                keep=keep,
+                resume=resume,
                 on_progress=show,
                 **known,
             )

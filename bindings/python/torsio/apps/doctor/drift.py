@@ -1,4 +1,4 @@
-"""`torsio doctor --quick`: whether anything has drifted since the knob was calibrated."""
+"""`torsio doctor --drift`: whether anything has drifted since the knob was calibrated."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def check_drift(knob: Knob) -> Finding:
         if before is None:
             text = f"no calibration of {knob.info.serial} was kept to compare with"
             return Finding("drift", False, text, _CALIBRATE)
-        now = calibration.calibrate(knob, quick=True)
+        now = calibration.calibrate(knob, drift=True)
     except calibration.Refusal as refusal:
         return Finding(
             "drift",
