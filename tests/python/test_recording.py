@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import json
 import os
 import re
@@ -24,12 +25,14 @@ from pyarrow import parquet
 from rich.console import Console
 
 import torsio
+from tests.faults.lines import Injection
 from tests.python.processes import TORSIO, command
 from tests.recordings import check_recording, counts_in_foxglove
 from torsio.apps.commands.live import monitor_table
 from torsio.knob.recording import _DeviceClock
 from torsio.printed.config import Law
 from torsio.recordings.file import RecordingFile
+from torsio.recordings.stream import Claim
 from torsio.trading.sources import options_of
 
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
@@ -609,6 +612,22 @@ def test_one_of_two_processes_that_begin_a_file_at_once_is_refused(tmp_path: Pat
         ]
     for one in both:
         one.communicate()
+
+
+def test_claim_that_fails_anywhere_leaves_the_name_free(tmp_path: Path) -> None:
+    kept: list[BaseException] = []  # with what their frames have
+    for at in itertools.count():
+        injection = Injection(at, OSError)
+        try:
+            with injection.active(), Claim(tmp_path / "x.mcap") as claim:
+                claim.take()
+        except OSError as error:
+            kept.append(error)
+        with Claim(tmp_path / "x.mcap") as claim:
+            claim.take()
+        if injection.where is None:
+            break
+    assert len(kept) > 10
 
 
 def test_child_forked_while_a_file_is_begun_may_begin_another(

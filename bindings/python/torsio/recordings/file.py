@@ -23,7 +23,7 @@ from torsio.common.whole_file import beside
 from torsio.common.worker import Worker, exhaust
 from torsio.errors import Closed, Error, InvalidArgument, MalformedReport
 from torsio.printed.told import Energies
-from torsio.recordings.stream import MOVES_OPEN_FILES, Stream, claimed
+from torsio.recordings.stream import MOVES_OPEN_FILES, Claim, Stream
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
 __all__ = ["COLUMNS", "ENERGIES", "TOPICS", "LoggedReport", "RecordingFile"]
@@ -173,7 +173,7 @@ class RecordingFile:
         self._is_waited_for = False
         self._worker = Worker(self._work)
         try:
-            with contextlib.ExitStack() as claim, beside(self.path) as place:
+            with Claim(self.path.resolve()) as claim, beside(self.path) as place:
                 self._file = Stream(place)
                 self._writer = Writer(
                     cast(BinaryIO, self._file),
@@ -183,7 +183,7 @@ class RecordingFile:
                 self._begin(metadata)
                 is_beside = place != self.path.resolve()
                 if is_beside and MOVES_OPEN_FILES:
-                    claim.enter_context(claimed(self.path.resolve()))
+                    claim.take()
                     self._file.lock()
                 elif is_beside:
                     self._file.close()

@@ -5,16 +5,17 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from torsio import _torsio
 from torsio.errors import Error
 
 if sys.platform != "win32":
     import fcntl
 
-__all__ = ["MOVES_OPEN_FILES", "Stream", "claimed"]
+__all__ = ["MOVES_OPEN_FILES", "Claim", "Stream"]
 
 MOVES_OPEN_FILES: Final = sys.platform != "win32"
 
@@ -64,23 +65,40 @@ def _lock(file: BinaryIO, how: str) -> None:
             pass
 
 
-@contextlib.contextmanager
-def claimed(path: Path) -> Iterator[None]:
-    """Have a file's name alone, which another thread or process may ask for at the same instant.
+class Claim:
+    """Has a file's name alone, which another thread or process may ask for at the same instant."""
 
-    Raises `Error` if a recording writes it.
-    """
-    is_made, is_mine = not path.exists(), False
-    try:
-        with path.open("ab") as file:
-            with contextlib.suppress(BlockingIOError):
-                _lock(file, "LOCK_EX")
-                mine = os.fstat(file.fileno())
-                is_mine = os.path.samestat(mine, path.stat())  # or another one has taken its place
-            if not is_mine:
-                raise Error(f"another recording is being written to {path}: close it first")
-            yield
-    finally:
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: BinaryIO | None = None
+        self._made: os.stat_result | None = None  # nothing was there before
+
+    def __enter__(self) -> Claim:
+        """Give the claim itself."""
+        return self
+
+    def take(self) -> None:
+        """Claim it. Raises `Error` if a recording writes it."""
+        is_new, is_mine = not self._path.exists(), False
+        self._file = self._path.open("ab")
+        with contextlib.suppress(BlockingIOError):
+            _lock(self._file, "LOCK_EX")
+            mine = os.fstat(self._file.fileno())
+            is_mine = os.path.samestat(mine, self._path.stat())  # or another took its place
+        if not is_mine:
+            raise Error(f"another recording is being written to {self._path}: close it first")
+        self._made = mine if is_new else None
+
+    @_torsio.all_of
+    def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
+        """Give it up, and take away what was put there only to claim it."""
+        return self._clear, self._close
+
+    def _clear(self) -> None:
         with contextlib.suppress(OSError):
-            if is_made and is_mine and os.path.samestat(mine, path.stat()):
-                path.unlink()
+            if self._made and os.path.samestat(self._made, self._path.stat()):
+                self._path.unlink()
+
+    def _close(self) -> None:
+        if self._file is not None:
+            self._file.close()
