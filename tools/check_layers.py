@@ -173,7 +173,7 @@ RULES = (
     ),
     Rule(
         "sdk/conversion/swings.cpp",
-        "whether the knob may swing for ever, computed as on the device",
+        "whether the knob may swing or hum, computed as on the device",
         (*FIRMWARE[:3], "conversion"),
     ),
     Rule(

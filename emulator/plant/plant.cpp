@@ -68,7 +68,7 @@ void Plant::make_steppers(const Hand& hand) {
   }
   model_ = std::move(model);
   stepper_ = std::move(stepper);
-  coil_step_share_ = coil_share(step_ns_);
+  coil_step_share_ = model_.brake_time_constant_s > 0.0 ? coil_share(step_ns_) : 0.0;
 }
 
 void Plant::set_resistances(double winding_ohm, double coil_ohm) {

@@ -32,10 +32,10 @@ class Guest : public core::ForceSource {
   /// @param may_play it may have the actuator, or has it
   /// @returns true if it wants the actuator
   virtual bool asks(bool may_play, std::uint64_t tick) = 0;
-  /// Asked while it has the actuator.
+  /// Asked once a tick while it has the actuator: it may count idle ticks.
   /// @returns false if it has ended
   virtual bool goes_on() = 0;
-  /// @returns true if it has a torque to give
+  /// Asked once a tick: if not, it may sleep. @returns true if it has a torque to give
   virtual bool is_felt(bool has_actuator) = 0;
   /// Its torque fades.
   virtual void release() = 0;

@@ -52,6 +52,9 @@ class Rules {
     wire.per_turn_q32 = static_cast<std::uint64_t>(q32);
   }
 
+  void apply(const Periodic& in, protocol::Periodic&) { check_frequency(in.frequency_hz, 0.0); }
+  void apply(const Impact& in, protocol::Impact&) { check_frequency(in.frequency_hz, 1.0); }
+
   void apply(const Texture& in, protocol::Texture&) {
     const auto most =
         static_cast<std::uint16_t>(std::min<std::uint32_t>(limits_.counts_per_rev / 2, 0xFFFF));
@@ -89,6 +92,14 @@ class Rules {
   }
 
  private:
+  void check_frequency(double frequency_hz, double least_hz) const {
+    const double most_hz = 0.5e9 / limits_.control_period_ns;
+    if (frequency_hz >= least_hz && frequency_hz <= most_hz) return;  // false for NaN
+    refuse("frequency_hz is " + number_text(frequency_hz) + ", allowed are " +
+           number_text(least_hz) + " to " + number_text(most_hz) +
+           " Hz (half of this device's control rate)");
+  }
+
   template <class Host>
   [[nodiscard]] std::string told(const Host& in, std::string_view field) const {
     if constexpr (requires { in.timing; }) {
@@ -101,20 +112,16 @@ class Rules {
         return "duration_s is 0, but a ramp needs a duration";
       }
       if (field == "duration_s") {
-        return "attack_s and fade_s together are " + number_text(timing.attack_s + timing.fade_s) +
-               " s, in whole ticks longer than duration_s, which is " +
+        return "attack_s and fade_s, which are " + number_text(timing.attack_s) + " and " +
+               number_text(timing.fade_s) + " s, each in whole ticks of " +
+               number_text(1e-9 * limits_.control_period_ns) +
+               " s, are together longer than duration_s, which is " +
                number_text(timing.duration_s) + " s";
       }
     }
     if constexpr (requires { in.upper_rad; }) {
       return "upper_rad is " + number_text(in.upper_rad) + ", below lower_rad, which is " +
              number_text(in.lower_rad);
-    }
-    if constexpr (requires { in.frequency_hz; }) {
-      return "frequency_hz is " + number_text(in.frequency_hz) + ", allowed are " +
-             (std::same_as<Host, Impact> ? "1" : "0") + " to " +
-             number_text(0.5e9 / limits_.control_period_ns) +
-             " Hz (half of this device's control rate)";
     }
     return std::string(field) + " does not go with the other fields";
   }

@@ -94,13 +94,12 @@ void DeviceState::Order::refused() {
   if (arms_ && decides()) device_.told_to_arm_ = false;
 }
 
-bool DeviceState::outlast_arming() const noexcept {
-  const int here = arms_here == this ? 1 : 0;
-  if (arming_ == here) return false;
-  for (int i = 0; arming_ != here && i < kWaitsForArming; ++i) {
+bool DeviceState::is_arming() const noexcept { return arming_ > (arms_here == this ? 1 : 0); }
+
+void DeviceState::outlast_arming() const noexcept {
+  for (int i = 0; is_arming() && i < kWaitsForArming; ++i) {
     std::this_thread::sleep_for(kWaitForArming);
   }
-  return true;
 }
 
 // News of the device -----------------------------------------------------------------------------

@@ -27,9 +27,10 @@ class DeviceState {
   [[nodiscard]] bool may_drive() const { return drives_ || (told_to_arm_ && !is_others_); }
   /// From here on an order to arm throws Closed.
   void forbid_arming() noexcept { closing_ = true; }
-  /// Waits for orders to arm that other threads have begun, but not for ever. @returns false if
-  /// there are none
-  [[nodiscard]] bool outlast_arming() const noexcept;
+  /// Another thread gives an order to arm.
+  [[nodiscard]] bool is_arming() const noexcept;
+  /// Waits for such orders, but not for ever.
+  void outlast_arming() const noexcept;
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
   /// Takes over what a health report says.

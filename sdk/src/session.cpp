@@ -27,8 +27,12 @@ bool Session::close(bool disarm_first) noexcept {
   }
   if (disarm_first) {
     device.forbid_arming();
+    const bool others_arm = device.is_arming();
     disarm_quietly();
-    if (device.outlast_arming()) disarm_quietly();
+    if (others_arm) {
+      device.outlast_arming();
+      disarm_quietly();
+    }
   }
   link.stop();
   device.events.close();

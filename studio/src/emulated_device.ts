@@ -100,7 +100,7 @@ export class EmulatedDevice {
     return this.wasm.set_feature() === 0;
   }
 
-  /** A sentence if a knob may swing in a scene; "" if it comes to rest.
+  /** A sentence if a knob may swing or hum in a scene; "" if it comes to rest.
    * @param reports of the scene, and the configurations of actuator and control */
   swingWarning(reports: readonly Uint8Array[], controlPeriodNs: number): string {
     for (const report of reports) {

@@ -61,7 +61,7 @@ async function play(scene: Effect[]): Promise<void> {
 
 let judge: Promise<EmulatedDevice> | undefined;
 
-/** Says so if the knob may swing in what it plays. */
+/** Says so if the knob may swing or hum in what it plays. */
 async function warnOfSwings(knob: Knob): Promise<void> {
   judge ??= compiled(new URL("knob.wasm", location.href)).then((module) => EmulatedDevice.load(module));
   // `./dev demo` makes the page without the module.

@@ -25,7 +25,15 @@ PLACES = {
 }
 # Values that these take, or that name what is not there.
 TAKEN = {
-    *("options None", "actuator None", "control None", "emulator None", "scene None", "hand None"),
+    *(
+        "options None",
+        "selector None",
+        "actuator None",
+        "control None",
+        "emulator None",
+        "scene None",
+        "hand None",
+    ),
     *(f"{name} 'x'" for name in ("path", "recording", "scene", "serial", "state")),
     *("report 'x'", "selector 'x'"),
 }

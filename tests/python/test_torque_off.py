@@ -367,14 +367,18 @@ def test_dropped_knob_that_is_recorded_disarms_and_its_file_ends(tmp_path: Path)
     def drop() -> None:
         knob = torsio.open(made)
         knob.record_to(path)
+        knob.start_telemetry()
         knob.arm()
-        knob.record(0.1)
+        while knob.statistics().samples_received < 300:
+            knob.sleep(0.01)
 
     drop()
     assert made.is_closed
     assert not made.is_armed
     wait_for_all()
-    assert torsio.load(path).whole
+    loaded = torsio.load(path)
+    assert loaded.whole
+    assert len(loaded.telemetry) >= 300  # nobody has read them
 
 
 def test_one_of_two_recordings_that_begin_at_once_is_refused(tmp_path: Path) -> None:
@@ -395,7 +399,7 @@ def test_one_of_two_recordings_that_begin_at_once_is_refused(tmp_path: Path) -> 
                 except torsio.Error as error:
                     refused.append(str(error))
 
-            threads = [threading.Thread(target=begin, args=[name]) for name in ("a", "b")]
+            threads = [threading.Thread(target=begin, args=[f"{name}.mcap"]) for name in "ab"]
             for thread in threads:
                 thread.start()
             for thread in threads:

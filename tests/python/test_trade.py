@@ -253,8 +253,11 @@ def test_verdict_on_a_part_follows_from_error_and_cost(
     first = walled.rows[0]
     difference = Difference(largest_nm=jnds * perception.torque_jnds(1.0) ** -1)
     row = replace(first, difference=difference, cpu_s=(1.0 - share) * first.cpu_s)
-    line = _of_part(part, row, first, replace(walled, proposal=first))
+    less = replace(first, variant=Variant(left_out=("noise",)))
+    line = _of_part(part, row, first, replace(walled, proposal=less))
     assert line.endswith(f"{verdict}.")
+    whole = _of_part(part, row, first, replace(walled, proposal=first))
+    assert whole.endswith(f"{verdict.removesuffix(' beside what is left out')}.")
 
 
 def test_proposal_swings_only_if_the_scene_does() -> None:

@@ -27,6 +27,8 @@ class SwitchedPlant {
         chain(model),
         driven_(model.knob_is_driven()),
         pieces_(model.shaft_spring.size() > 1 || !model.cogging_nm.empty()) {}
+  SwitchedPlant(const SwitchedPlant&) = delete;  // `chain` knows `model`
+  SwitchedPlant& operator=(const SwitchedPlant&) = delete;
 
   PlantModel model;
   C chain;

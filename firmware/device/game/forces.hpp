@@ -129,9 +129,8 @@ class Forces final : public Guest {
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
                   std::uint64_t tick) override;
 
-  // These set everything aside.
-  void release() override;
-  void drop() override;
+  void release() override;  // sets everything aside
+  void drop() override;     // likewise
   void forget() override;
 
   // Main loop.

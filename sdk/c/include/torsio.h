@@ -33,7 +33,7 @@ extern "C" {
 /// this thread that fails.
 TORSIO_API const char* torsio_last_error(void);
 
-/// A sentence if the knob may swing for ever in what this thread played or streamed last. It plays
+/// A sentence if the knob may swing or hum for ever in what this thread played or streamed last. It plays
 /// all the same: torsio_knob_play() or torsio_knob_stream_local_model() has succeeded. "" if not. A
 /// local model is judged when it is stiffer or damps more than all since the scene began. Valid
 /// until the next such call of this thread.

@@ -203,8 +203,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
 
   /// Plays a scene in place of the one before, all of it from the same tick on. Returns when the
   /// device has it.
-  /// @returns a warning for the user if the knob, let go, may swing in it for ever, though it
-  ///          plays. Empty if not, and under the law `calibrated`, which bounds scenes.
+  /// @returns a warning for the user if the knob may swing in it for ever, let go, or hum, leant
+  ///          on, though it plays. Empty if not, and under `calibrated`, which bounds scenes.
   /// @note No law bounds what the host does: a wall that you move or a spring that you stream may
   ///       swing. Keep it below stable_stiffness(), and move it slower than a hand moves.
   /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;

@@ -255,11 +255,12 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
        {"attack_s", "fade_s"}},
       // Each is half a tick of this device, and rounded up.
       {Constant{.torque_nm = 0, .timing = {.duration_s = 1e-3, .attack_s = 5e-4, .fade_s = 5e-4}},
-       {"in whole ticks longer than duration_s"}},
+       {"each in whole ticks of 0.001 s", "longer than duration_s"}},
       {Ramp{.start_torque_nm = 0, .end_torque_nm = 0.1}, {"ramp", "duration_s is 0"}},
       {Periodic{.amplitude_nm = 0, .frequency_hz = 501},
        {"periodic", "frequency_hz is 501", "0 to 500 Hz"}},
       {Impact{.frequency_hz = 501}, {"impact", "frequency_hz is 501", "1 to 500 Hz"}},
+      {Periodic{.amplitude_nm = 0, .frequency_hz = 20'000}, {"is 20000", "0 to 500 Hz"}},
       {Impact{.decay_s = 0}, {"decay_s is 0"}},
       {Periodic{.amplitude_nm = 0, .frequency_hz = 1, .phase_turns = 1.5}, {"phase_turns is 1.5"}},
       {Detents{}, {"detents", "exactly one of per_turn and pitch_rad"}},

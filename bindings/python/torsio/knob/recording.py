@@ -123,6 +123,13 @@ class KnobRecording:
                     self._file.close()
                 raise
 
+    def __del__(self) -> None:
+        """Order torque off and end the file: nobody has the knob any more."""
+        file = getattr(self, "_file", None)
+        if file is not None and file.is_open:
+            self.disarm()
+            file.end()
+
     def end(self) -> None:
         """End it, if one is under way, and let its thread go on."""
         if self._file is not None:

@@ -45,9 +45,9 @@ class KnobScenes:
         Warns
         -----
         StiffnessWarning
-            The scene plays, but a free knob may swing in it for ever. Together its effects are too
-            stiff, damp too much or have too much inertia. Not with the law ``"calibrated"``, which
-            bounds a scene.
+            The scene plays, but a free knob may swing in it for ever, or one that is leant on may
+            hum. Together its effects are too stiff, damp too much, have too much inertia, or
+            switch too much within a count. Not with ``"calibrated"``, which bounds a scene.
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
 
@@ -75,8 +75,9 @@ class KnobScenes:
         """Ask how stiff a spring the knob's parts can render, by its configuration.
 
         Beyond that the knob may swing for ever in a spring or wall, at the motor's full torque,
-        unless the law is ``"calibrated"``. It includes a board's current loop, its supply and the
-        encoder's steps. It trusts the configuration. `torsio.stability` has the map over damping.
+        unless the law is ``"calibrated"``. One that is leant on may hum from half of it on. It
+        includes a board's current loop, its supply and the encoder's steps. It trusts the
+        configuration. `torsio.stability` has the map over damping.
         """
         return StableStiffness(**self._knob.stable_stiffness())
 

@@ -145,7 +145,7 @@ class RecordingFile:
         except ModuleNotFoundError as error:
             raise missing() from error
         self.path: Final = Path(path)
-        if self.path.suffix != ".mcap":
+        if self.path.suffix != ".mcap" and (self.path.is_file() or not self.path.exists()):
             raise InvalidArgument(f"a recording's name ends in .mcap, and {str(path)!r} does not")
         self.samples: int = 0
         """Written so far."""
@@ -415,7 +415,8 @@ class RecordingFile:
                 if time.monotonic() >= flush_at:
                     self._writer.flush()
                     flush_at = time.monotonic() + _FLUSH_S
-            self._writer.finish()
+            if item is None:  # else nobody has given the rest: the file is torn
+                self._writer.finish()
             self._file.close()
         except BaseException:
             with contextlib.suppress(OSError):  # a full disk is reported already

@@ -71,7 +71,7 @@ class Claim:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: BinaryIO | None = None
-        self._made: os.stat_result | None = None  # nothing was there before
+        self._is_new = False  # nothing was there before
 
     def __enter__(self) -> Claim:
         """Give the claim itself."""
@@ -79,15 +79,19 @@ class Claim:
 
     def take(self) -> None:
         """Claim it. Raises `Error` if a recording writes it."""
-        is_new, is_mine = not self._path.exists(), False
-        self._file = self._path.open("ab")
-        with contextlib.suppress(BlockingIOError):
-            _lock(self._file, "LOCK_EX")
-            mine = os.fstat(self._file.fileno())
-            is_mine = os.path.samestat(mine, self._path.stat())  # or another took its place
-        if not is_mine:
-            raise Error(f"another recording is being written to {self._path}: close it first")
-        self._made = mine if is_new else None
+        while True:
+            self._is_new = not self._path.exists()
+            self._file = open(self._path, "rb", opener=_open_any)  # noqa: SIM115
+            try:
+                _lock(self._file, "LOCK_EX")
+            except BlockingIOError:
+                self._is_new = False
+                text = f"another recording is being written to {self._path}: close it first"
+                raise Error(text) from None
+            with contextlib.suppress(FileNotFoundError):
+                if self._is_there(self._file):
+                    return
+            self._close()  # another has put its own there, or taken this away
 
     @_torsio.all_of
     def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
@@ -96,9 +100,20 @@ class Claim:
 
     def _clear(self) -> None:
         with contextlib.suppress(OSError):
-            if self._made and os.path.samestat(self._made, self._path.stat()):
-                self._path.unlink()
+            if self._is_new and self._file is not None:
+                _lock(self._file, "LOCK_EX")  # if an exception came before that
+                if self._is_there(self._file):
+                    self._path.unlink()
+
+    def _is_there(self, file: BinaryIO) -> bool:
+        return os.path.samestat(os.fstat(file.fileno()), self._path.stat())
 
     def _close(self) -> None:
         if self._file is not None:
+            _lock(self._file, "LOCK_UN")  # a forked child may have it open
             self._file.close()
+
+
+def _open_any(path: str, _: int) -> int:
+    """Open a file that may be write-protected, or make it."""
+    return os.open(path, os.O_RDONLY | os.O_CREAT, 0o666)

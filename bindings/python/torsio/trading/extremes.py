@@ -118,7 +118,9 @@ def _stretch(
     swings_at = next((step for step, _, broken in climbed if _SWINGS in broken), None)
     # What the scene does unstretched does not break.
     news = ((step, broken - unstretched[1]) for step, _, broken in climbed)
-    breaks_at, breaks = next(((step, min(new)) for step, new in news if new), (None, ""))
+    breaks_at, breaks = next(
+        ((step, " and ".join(sorted(new))) for step, new in news if new), (None, "")
+    )
     bounded = true_to != (tried[-1] if tried else None)
     return Extreme(quantity, unit, true_to, swings_at, breaks, breaks_at, bounded, tried)
 

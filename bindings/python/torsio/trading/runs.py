@@ -77,7 +77,7 @@ class Variant:
         None: as they are. A knob with another encoder or law is another knob, so neither is ever
         proposed.
     other_noise
-        The reference again with other noise: what differs less from it cannot be told.
+        The reference again with other noise: what differs less differs by chance.
     """
 
     left_out: tuple[str, ...] = ()

@@ -36,7 +36,7 @@ def lines(found: Trade) -> Iterator[str]:
         if row.variant.counts_per_rev or row.variant.law:
             yield _of_change(row)
         if row.variant.other_noise:
-            yield f"Other noise {_changes(row)}: less cannot be told."
+            yield f"Other noise {_changes(row)}: less is chance."
     yield from (_elsewhere(row) for row in found.rows if row.name != row.variant.name)
     yield from _proposal(found)
     yield from map(_of_board, found.boards)
@@ -90,7 +90,7 @@ def _of_part(name: str, row: Row, reference: Row, found: Trade) -> str:
     costs = f"costs {share:.0f} %" if share >= 1.0 else "costs nothing"
     if name in found.proposal.variant.lacks:
         verdict = "leave it out"
-    elif row.difference.jnds > found.wanted_jnds or share < 1.0:
+    elif row.difference.jnds > found.wanted_jnds or share < 1.0 or not found.proposal.variant.lacks:
         verdict = "keep it"
     else:
         verdict = "keep it beside what is left out"
