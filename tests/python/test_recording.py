@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -615,6 +616,12 @@ def test_one_of_two_processes_that_begin_a_file_at_once_is_refused(tmp_path: Pat
 
 
 def test_claim_that_fails_anywhere_leaves_the_name_free(tmp_path: Path) -> None:
+    # In a thread: what is raised while another error is handled stays with its thread.
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(fail_anywhere, tmp_path).result()
+
+
+def fail_anywhere(tmp_path: Path) -> None:
     kept: list[BaseException] = []  # with what their frames have
     for at in itertools.count():
         injection = Injection(at, OSError)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -361,11 +362,17 @@ def test_end_of_python_disarms_all_knobs_before_it_waits_for_a_file(tmp_path: Pa
     assert (ended.stdout, ended.stderr) == ("disarmed\n", "")
 
 
-def test_dropped_knob_that_is_recorded_disarms_and_its_file_ends(tmp_path: Path) -> None:
+@pytest.mark.parametrize("in_cycle", [False, True])
+def test_dropped_knob_that_is_recorded_disarms_and_its_file_ends(
+    in_cycle: bool, tmp_path: Path
+) -> None:
     made, path = device(paced=True), tmp_path / "x.mcap"
 
     def drop() -> None:
         knob = torsio.open(made)
+        if in_cycle:
+            cycle: list[object] = [knob]
+            cycle.append(cycle)
         knob.record_to(path)
         knob.start_telemetry()
         knob.arm()
@@ -373,6 +380,7 @@ def test_dropped_knob_that_is_recorded_disarms_and_its_file_ends(tmp_path: Path)
             knob.sleep(0.01)
 
     drop()
+    gc.collect()
     assert made.is_closed
     assert not made.is_armed
     wait_for_all()

@@ -69,7 +69,7 @@ class Knob:
         self._scenes = KnobScenes(knob, self._recording)
         self._telemetry = KnobTelemetry(knob, self._recording)
         self._events = KnobEvents(knob)
-        _open_knobs[id(self)] = weakref.ref(self)
+        _open_knobs[id(self._recording)] = weakref.ref(self), weakref.ref(self._recording)
 
     def __enter__(self) -> Knob:
         """Give the knob itself. Raises `Closed` if it is none any more."""
@@ -110,7 +110,7 @@ class Knob:
 
     def _forget(self) -> None:
         self._events.forget()
-        _open_knobs.pop(id(self), None)
+        _open_knobs.pop(id(self._recording), None)
 
     @property
     def is_open(self) -> bool:
@@ -407,16 +407,20 @@ def need_knob(knob: object) -> None:
 
 # By address, so that a new knob takes the place of a dead one. Not a WeakSet: Python drops a Ctrl-C
 # that falls into the callback of its references.
-_open_knobs: dict[int, weakref.ref[Knob]] = {}
+_open_knobs: dict[int, tuple[weakref.ref[Knob], weakref.ref[KnobRecording]]] = {}
 
 
 @atexit.register
 @_torsio.all_of
 def _close_all() -> Iterable[Callable[[], object]]:
     """Close all open knobs when the interpreter ends, whatever daemon threads wait."""
-    knobs = [knob for this in list(_open_knobs.values()) if (knob := this()) is not None]
-    disarms = [knob._knob.disarm_to_close for knob in knobs]
-    lets_go = [knob._let_go for knob in knobs]  # before any waits for its file
+    known = list(_open_knobs.values())
+    knobs = [knob for this, _ in known if (knob := this()) is not None]
+    # A generator of telemetry may outlive its knob.
+    rests = [rest for this, of in known if this() is None and (rest := of()) is not None]
+    disarms = [*[knob._knob.disarm_to_close for knob in knobs], *[rest.disarm for rest in rests]]
+    # Before any waits for its file:
+    lets_go = [*[knob._let_go for knob in knobs], *[rest.let_go for rest in rests]]
     return [*disarms, *lets_go, *[knob.close for knob in knobs], wait_for_all]
 
 

@@ -111,6 +111,7 @@ class KnobRecording:
                 begun = tap.take()
                 self._tap = tap
                 self._file = RecordingFile(path, metadata, self, lost)
+                self.__class__ = _UnderWay
                 self._file.put(self._file.write_reports, [begun])
                 if any(content[0] == _COMMIT for _, sent, content in begun if sent):
                     self._file.note_order("playing", scene=self._scene)
@@ -123,17 +124,17 @@ class KnobRecording:
                     self._file.close()
                 raise
 
-    def __del__(self) -> None:
-        """Order torque off and end the file: nobody has the knob any more."""
-        file = getattr(self, "_file", None)
-        if file is not None and file.is_open:
-            self.disarm()
-            file.end()
-
     def end(self) -> None:
         """End it, if one is under way, and let its thread go on."""
         if self._file is not None:
             self._file.end()
+
+    def let_go(self) -> None:
+        """End it, and let go of the device."""
+        try:
+            self.end()
+        finally:
+            self._knob.close()
 
     def wait(self) -> None:
         """Wait until it is written, if that was not interrupted before."""
@@ -296,8 +297,19 @@ class KnobRecording:
             self._keep_reports()
         finally:
             self._tap = None  # or it keeps every report from now on
+            self.__class__ = KnobRecording
         if self._knob.is_open and self._knob.last_disarm() == self._disarm_before:
             self.warn_if_never_armed()
+
+
+class _UnderWay(KnobRecording):
+    """One that has a file. Python drops a Ctrl-C that falls into `__del__`: others have none."""
+
+    def __del__(self) -> None:
+        """Order torque off and end the file: nobody has the knob any more."""
+        if self._file is not None and self._file.is_open:
+            self.disarm()
+            self._file.end_of(self)
 
 
 def hang_on(error: BaseException, kept: list[Any]) -> None:

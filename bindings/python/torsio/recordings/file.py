@@ -152,7 +152,8 @@ class RecordingFile:
         self.samples_lost: int = 0
         """Missing in the file so far: lost on the way, or because the disk was slow."""
         self._received = 0  # samples that are neither written nor waiting
-        self._source = weakref.ref(source)  # the thread must not keep the knob
+        # The thread must not keep the knob.
+        self._source: Callable[[], Source | None] = weakref.ref(source)
         # The times of all messages are the device's, laid on the host's clock once.
         self._host_minus_device_ns = time.time_ns() - round(1e9 * source.device_time_s())
         self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
@@ -243,6 +244,14 @@ class RecordingFile:
     def end(self) -> Iterable[Callable[[], object]]:
         """Have the thread write what is left and end; the knob calls it."""
         return self._take_rest, self._end
+
+    def end_of(self, source: Source) -> None:
+        """End it for a source that goes: Python may have cleared the references to it."""
+        self._source = lambda: source
+        try:
+            self.end()
+        finally:
+            self._source = lambda: None
 
     def _take_rest(self) -> None:
         source = self._source()

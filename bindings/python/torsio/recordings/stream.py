@@ -115,5 +115,8 @@ class Claim:
 
 
 def _open_any(path: str, _: int) -> int:
-    """Open a file that may be write-protected, or make it."""
-    return os.open(path, os.O_RDONLY | os.O_CREAT, 0o666)
+    """Open a file that may be write-protected, or make it. Disks of a network lock for writing."""
+    try:
+        return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except PermissionError:
+        return os.open(path, os.O_RDONLY)
