@@ -35,7 +35,7 @@ type Said =
 
 // Only a knob that measures its motor's current has the circuit's.
 const STEPS = ["current sensor", "signs", "torque constant", "friction and inertia", "winding", "shaft", "brake"];
-const QUICK_STEPS = ["signs", "friction and inertia", "shaft"];
+const DRIFT_STEPS = ["signs", "friction and inertia", "shaft"];
 
 function table(headings: readonly string[], rows: readonly (readonly string[])[]): HTMLElement {
   return element(
@@ -81,7 +81,7 @@ function picture(fit: Fit): HTMLElement {
 export class Calibrating {
   readonly #start = byId<HTMLButtonElement>("calibrate");
   readonly #clear = byId<HTMLInputElement>("calibrate-clear");
-  readonly #quick = byId<HTMLInputElement>("calibrate-quick");
+  readonly #drift = byId<HTMLInputElement>("calibrate-drift");
   readonly #supply = byId<HTMLInputElement>("calibrate-supply");
   readonly #result = byId("calibration-result");
   #socket: WebSocket | undefined;
@@ -123,8 +123,8 @@ export class Calibrating {
   }
 
   async #run(): Promise<void> {
-    const quick = this.#quick.checked;
-    const steps = quick ? QUICK_STEPS : STEPS;
+    const drift = this.#drift.checked;
+    const steps = drift ? DRIFT_STEPS : STEPS;
     const places = steps.map((name) => element("li", {}, name));
     this.#result.replaceChildren(element("ol", { id: "calibration-steps" }, ...places));
     const address = this.address()!;
@@ -135,7 +135,7 @@ export class Calibrating {
     // The last message, for a user who did not see the end.
     let found = false;
     const supply = this.#supply.value === "" ? null : this.#supply.valueAsNumber;
-    socket.onopen = () => socket.send(JSON.stringify({ do: "calibrate", quick, supply_v: supply }));
+    socket.onopen = () => socket.send(JSON.stringify({ do: "calibrate", drift, supply_v: supply }));
     socket.onmessage = (event: MessageEvent<string>) => {
       const said = JSON.parse(event.data) as Said;
       if (said.kind === "step") {

@@ -17,7 +17,7 @@ from tests.studio.browser import bridge, faults_of_access, opened, state_is
 from torsio.studio.calibrating import calibrate_for
 
 STIFFNESS = torsio.PlantParams().shaft_stiffness_nm_per_rad
-QUICK = {"do": "calibrate", "quick": True}
+DRIFT = {"do": "calibrate", "drift": True}
 SUPPLY_V = 13.2
 DEEP = "[" * 100_000
 
@@ -35,7 +35,7 @@ def test_page_measures_shows_and_keeps_what_it_found_when_told(
         expect(page.locator("#calibrate")).to_be_disabled()
         assert faults_of_access(page) == []
         page.check("#calibrate-clear")
-        page.check("#calibrate-quick")
+        page.check("#calibrate-drift")
         page.click("#calibrate")
         expect(page.locator("#calibration-keep")).to_be_visible()
         expect(page.locator("#calibration-steps .done")).to_have_count(3)
@@ -140,7 +140,7 @@ def test_server_that_ends_stops_the_knob_and_closes_it_as_it_was(
 def test_nothing_is_kept_without_a_yes(knob: torsio.Knob, tmp_path: Path, answer: Any) -> None:
     knob.update(knob_coulomb_nm=3e-3)
     before = knob.actuator_config()
-    told = _calibrated(knob, QUICK, answer)
+    told = _calibrated(knob, DRIFT, answer)
     assert [said["kind"] for said in told] == ["step", "step", "step", "found"]
     assert told[-1]["changes"]
     assert knob.actuator_config() == before
@@ -241,7 +241,7 @@ def test_page_tells_the_supply_that_was_typed(browser: Browser, tmp_path: Path) 
 
 def test_knob_that_is_held_is_refused_with_the_reason(knob: torsio.Knob) -> None:
     knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0)]))
-    told = _calibrated(knob, QUICK)
+    told = _calibrated(knob, DRIFT)
     assert told[-1]["kind"] == "refused"
     assert "signs: " in told[-1]["why"]
 

@@ -30,7 +30,7 @@ class Parts:
 
     @property
     def knob_inertia_kg_m2(self) -> float:
-        """Inertia of the knob's side alone, a guess after a quick look."""
+        """Inertia of the knob's side alone, a guess after a look for drift."""
         found = self.shaft.knob_inertia
         return 0.6 * self.free.inertia.value if found is None else found.value
 

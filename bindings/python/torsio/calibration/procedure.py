@@ -79,7 +79,7 @@ def calibrate(
         motor_nm=min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm),
         brake_nm=_BRAKE_SHARE * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm),
         demagnetised=knob.board_config().brake_inductance_h > 0.0,
-        quick=drift,
+        drift=drift,
     )
     electric = None
     try:

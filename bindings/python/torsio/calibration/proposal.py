@@ -49,15 +49,15 @@ class Calibration:
         The configurations that are proposed; nothing was saved.
     law, free_assist_nm
         Proposals for the control: the law that uses all these values, and the certain part of the
-        friction. After a quick look, the knob's own.
+        friction. After a look for drift, the knob's own.
     known
         Uncertainties, date and conditions, for the device to keep.
     cogging
-        Over the angle from the device's zero; None after a quick look.
+        Over the angle from the device's zero; None after a look for drift.
     curve
         Twist in rad and torque in N m of the shaft's corners.
     brake_curve
-        The brake's torque over its command, up and down; None after a quick look.
+        The brake's torque over its command, up and down; None after a look for drift.
     seconds
         Duration, in the knob's time.
     conditions
@@ -300,7 +300,7 @@ def put_together(
         sigmas["sigma_brake_time_constant_s"] = 0.0
     proposed = replace(actuator, **values)  # type: ignore[arg-type]
     now = datetime.datetime.now(datetime.timezone.utc)
-    # A quick look may miss a knee and knows too little of the brake: the known values stay.
+    # A look for drift may miss a knee and knows too little of the brake: the known values stay.
     keeps_shaft = brake is None and shaft.knee is None
     configured = knob.shaft_config()
     bent = configured if keeps_shaft else _bent(shaft, configured, sigmas)

@@ -43,7 +43,7 @@ class Shaft:
     curve
         Twist in rad and torque in N m of its corners, shape (n, 2), from zero.
     knob_coulomb, knob_inertia, damping
-        Values of the knob's side alone; the last two are None after a quick look.
+        Values of the knob's side alone; the last two are None after a look for drift.
     shape_nm
         Amplitude of a shape that the curve leaves, such as of cogging that nobody found; 0 if it
         leaves noise.
@@ -72,12 +72,12 @@ def hold_and_push(
     motor_nm: float,
     brake_nm: float,
     coulomb_nm: float,
-    quick: bool = False,
+    drift: bool = False,
     shake: Sequence[tuple[float, dict[str, Any]]] | None = None,
 ) -> tuple[Run, Run]:
     """Hold the brake; pull slowly both ways, then in steps. Gives the two runs.
 
-    `quick` pulls once each way, and leaves the steps out; `shake` is played in their place.
+    `drift` pulls once each way, and leaves the steps out; `shake` is played in their place.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def hold_and_push(
             _SWEEP_S,
             {"motor_command_nm": pull_nm if sweep % 2 == 0 else -pull_nm, "ramp_s": _SWEEP_S},
         )
-        for sweep in range(2 if quick else _SWEEPS)
+        for sweep in range(2 if drift else _SWEEPS)
     ]
     step_nm = min(coulomb_nm + 0.16 * motor_nm, 0.4 * motor_nm)
     steps = shake or [
@@ -99,7 +99,7 @@ def hold_and_push(
             # Not a jump: whose moment telemetry does not tell to a tick.
             {"motor_command_nm": step_nm if step % 2 == 0 else -step_nm, "ramp_s": _STEP_RAMP_S},
         )
-        for step in range(0 if quick else _STEPS)
+        for step in range(0 if drift else _STEPS)
     ]
     settle = [
         (_SETTLE_S, {"motor_command_nm": 0.0}),

@@ -58,12 +58,12 @@ class Plan:
     motor_nm: float
     brake_nm: float
     demagnetised: bool
-    quick: bool
+    drift: bool
 
     @property
     def slow_s(self) -> float:
         """Duration of the slow turns."""
-        return 0.8 if self.quick else SLOW_S
+        return 0.8 if self.drift else SLOW_S
 
     def signs(self, player: Player, _: Known) -> Runs:
         """All steps shall find the brake as it is left, whether it was used before or not."""
@@ -98,7 +98,7 @@ class Plan:
 
     def push(self, player: Player, known: Known) -> Runs:
         """Push against the held brake."""
-        return hold_and_push(player, **self._most(known), quick=self.quick)
+        return hold_and_push(player, **self._most(known), drift=self.drift)
 
     def shaft(self, runs: Runs, known: Known) -> Known:
         """Estimate the shaft, then the cogging through it, and the shaft with that cogging."""
@@ -115,7 +115,7 @@ class Plan:
     def check_cogging(self, known: Known) -> None:
         """Refuse waves that the turns did not tell."""
         free, shaft = known.parts.free, known.parts.shaft
-        if self.quick:
+        if self.drift:
             return
         if free.amplitude.value > _LEAST_WAVE_NM and free.through_shaft > _SEEN_THROUGH_SHAFT:
             raise Refusal(
@@ -149,7 +149,7 @@ def steps_of(plan: Plan, electric: CircuitSteps | None) -> list[Step]:
     signs = Step(STEPS[0], plan.signs)
     turn = Step(STEPS[1], plan.spin, plan.free, plan.check_inertia)
     push = Step(STEPS[2], plan.push, plan.shaft, plan.check_cogging)
-    if plan.quick:
+    if plan.drift:
         return [signs, turn, push]
     rest = [push, Step(STEPS[3], plan.slip, plan.brake)]
     if electric is None:

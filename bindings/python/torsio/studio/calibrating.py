@@ -100,7 +100,7 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
         measure = partial(
             calibration.calibrate,
             knob,
-            drift=asked.get("quick") is True,
+            drift=asked.get("drift") is True,
             supply_v=asked.get("supply_v"),
             progress=partial(_tell, socket, loop, stopped),
         )
