@@ -13,7 +13,6 @@ from tests.test_dev import named_and_gone
 
 TREE = Path(__file__).parent.parent
 DOCS = TREE / "docs"
-SLOW = (TREE / ".ci/slow").read_text(encoding="utf-8")
 ROW = re.compile(r"^\| (?!---|claim \||fault \||treatment \|)(.*) \|$", re.MULTILINE)
 FILE = re.compile(r"`([\w/.]+\.(?:cpp|py|mjs))`")
 # A file by its path or its name, then names of its tests.
@@ -84,13 +83,3 @@ def test_commands_that_the_documents_name_are_there() -> None:
         text = document.read_text(encoding="utf-8")
         quoted = re.findall(r"`(\./dev [^`]*)`", text) + re.findall(r"^ {4}(\./dev .*)", text, re.M)
         assert named_and_gone("\n".join(quoted)) == set(), document.name
-    assert named_and_gone("./dev windoze") == {"windoze"}
-    assert named_and_gone("./dev bench nothing") == {"bench nothing"}
-
-
-def test_results_name_every_long_command() -> None:
-    results = (DOCS / "results.md").read_text(encoding="utf-8")
-    commands = re.findall(r"^(?!.*COMMANDS)([a-z].*)$", SLOW.partition("<<'COMMANDS'\n")[2], re.M)
-    listed = commands[: next(n for n, line in enumerate(commands) if line.startswith("for "))]
-    assert len(listed) > 10
-    assert [command for command in listed if f"`./dev {command}`" not in results] == []

@@ -82,12 +82,6 @@ def cpp_programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_readme_comes_to_its_first_command_within_sixty_words() -> None:
-    before, command, _ = (TREE / "README.md").read_text("utf-8").partition("./dev demo")
-    assert command
-    assert len(before.split()) <= 60
-
-
 TUTORIALS = ("first-wall", "volume-knob", "game", "calibrate")
 PYTHON_PAGES = [
     *("README.md", "docs/reference/python.md", "docs/reference/studio.md"),

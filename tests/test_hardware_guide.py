@@ -41,9 +41,3 @@ def _run(program: str, monkeypatch: pytest.MonkeyPatch, options: torsio.Emulator
 @pytest.mark.parametrize("program", PROGRAMS, ids=["other parts", "first power"])
 def test_programs_of_the_guide_run(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
     _run(program, monkeypatch, torsio.EmulatorOptions(seed=1))
-
-
-def test_pins_of_the_guides_example_are_free_on_either_board() -> None:
-    pins = [int(pin) for program in PROGRAMS for pin in re.findall(r"_pin=(\d+)", program)]
-    assert pins
-    assert not {14, 15} & set(pins)  # GP15 is the RP2040's own, and 14 is the first of a pair

@@ -55,11 +55,3 @@ def test_every_study_says_of_each_table_which_revision_and_machine_measured(page
     assert len(set(marks)) == len(marks) > 0
     for mark in marks:
         assert NOTE.fullmatch(_table(text, mark).splitlines()[0]), mark
-
-
-def test_no_other_page_says_which_machine_measured() -> None:
-    for page in (tables.TREE / "docs").rglob("*.md"):
-        if page not in (tables.PAGE, *STUDIES):
-            assert not re.search(r"Revision [0-9a-f]{8}|\d processors", page.read_text("utf-8")), (
-                page
-            )

@@ -27,25 +27,6 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_every_document_has_its_place_in_the_lists(source: Path) -> None:
-    listed = set(re.findall(r"^(\S+)$", (source / "index.md").read_text(), re.MULTILINE))
-    documents = {
-        str(page.relative_to(TREE / "docs").with_suffix("")) for page in TREE.glob("docs/**/*.md")
-    }
-    assert documents - listed == {"README"}
-    assert list(site.lists()) == [
-        *("Start", "Tutorials", "How-to guides", "Reference", "Explanation", "Results", "Plans")
-    ]
-
-
-def test_first_page_has_the_two_commands_the_program_and_the_systems_of_readme(
-    source: Path,
-) -> None:
-    first = (source / "index.md").read_text()
-    for words in ("    ./dev demo ", "    ./dev test ", "import torsio\n", "| macOS |"):
-        assert words in first
-
-
 def _anchors(page: Path) -> set[str]:
     titles = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}

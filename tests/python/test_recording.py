@@ -1,4 +1,4 @@
-"""What recordings hold, when it was, and the same as tables and on a screen."""
+"""Recordings: their content and its times, and the same as tables and on a screen."""
 
 from __future__ import annotations
 

@@ -134,8 +134,7 @@ GROUPS = {
         "format, lint, types, layers; the tools' own tests",
         (
             *("tests/test_checks.py", "tests/test_dev.py", "tests/test_project.py"),
-            *("tests/test_firmware_tools.py", "tests/test_stack_bound.py"),
-            "tests/test_mutation.py",
+            *("tests/test_stack_bound.py", "tests/test_mutation.py"),
         ),
         ("release", "python", "studies"),
         _CODE,
@@ -205,11 +204,8 @@ GROUPS = {
         (*_PYTHON, "studies", "hardware", "tools", *_MAKING_PAGES),
     ),
     "claims": Group(
-        "names that pages and sources share, printed files, what a package holds",
-        (
-            *("tests/test_claims.py", "tests/test_definition.py", "tests/test_release.py"),
-            "tests/test_udev.py",
-        ),
+        "names that pages and sources share, printed files, the udev rule",
+        ("tests/test_claims.py", "tests/test_definition.py", "tests/test_udev.py"),
         ("release", "python"),
         (*_CODE, *_PAGES),
     ),
