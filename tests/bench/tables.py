@@ -135,17 +135,6 @@ def _guards(lines: Lines) -> Tables:
     return {"guards": rows}
 
 
-def _games(lines: Lines) -> Tables:
-    names = {"sine": "sine, its offset", "spring": "spring, its coefficient"}
-    names["start"] = "constant, started and stopped"
-    keys = ("median_ms", "p99_ms", "whole_median_ms", "whole_p99_ms")
-    rows = []
-    for line in lines:
-        effect = str(line["effect"])
-        rows.append([names.get(effect, effect), *(f"{line[key]:.2f} ms" for key in keys)])
-    return {"games, latency": rows}
-
-
 def _usb(lines: Lines) -> Tables:
     names = {"raw": "raw hidapi in C", "cpp": "C++", "python": "Python"}
     rows = {}
@@ -164,7 +153,6 @@ def _usb(lines: Lines) -> Tables:
 PRINTERS: dict[str, Callable[[Lines], Tables]] = {
     "binary": _binary,
     "brake": _brake,
-    "games": _games,
     "guards": _guards,
     "mcu": _mcu,
     "stiffness": _stiffness,
