@@ -3,7 +3,7 @@
 ``./dev bench tree [REVISION]`` counts lines of text and files by folder, printed files apart, and
 looks for each folder's most complex function, as ``./dev check`` counts. Then it tells what the
 pages say of a tick, how many files by hand of the product name `ShaftConfig`, and what went and
-came since by ``git diff --numstat``.
+came since by ``git diff --numstat``. Last it counts each row of what the page lists as taken out.
 """
 
 from __future__ import annotations
@@ -29,6 +29,27 @@ TOLD = {
 
 def git(*command: str) -> bytes:
     return subprocess.run(["git", *command], cwd=TREE, stdout=subprocess.PIPE, check=True).stdout
+
+
+def taken_out() -> list[str]:
+    """Give the page's rows, with the lines that their commits took out of their paths.
+
+    What a commit adds there, or puts back, counts against it.
+    """
+    page = (TREE / "docs/results.md").read_text(encoding="utf-8")
+    table = page.partition("<!-- begin: taken out -->")[2].partition("<!-- end")[0]
+    rows, sums = [], [0, 0]
+    for what, commits, paths, instead in re.findall(
+        r"^\| (.+?) \| [-\d,]+ \| ([0-9a-f ]{8,}) \| `(.+?)` \| (.+) \|$", table, re.M
+    ):
+        shown = git("show", "--numstat", "--format=", *commits.split(), "--", *paths.split())
+        lines = 0
+        for added, removed, name in (line.split("\t") for line in shown.decode().splitlines()):
+            less = 0 if added == "-" else int(removed) - int(added)
+            lines += less
+            sums[name.startswith("tests/")] += less
+        rows.append(f"| {what} | {lines:,} | {commits} | `{paths}` | {instead} |")
+    return [*rows, f"| all | {sum(sums):,} | | of it `tests` {sums[1]:,} | |"]
 
 
 def told_by(tool: str, *arguments: str | Path) -> str:
@@ -122,6 +143,7 @@ def main(revision: str = "8065d3eb") -> None:
             went[folder] += int(removed)
     for folder in FOLDERS:
         print(f"| `{folder}/` | {went[folder]:,} | {came[folder]:,} |")
+    print("", *taken_out(), sep="\n")
 
 
 if __name__ == "__main__":
