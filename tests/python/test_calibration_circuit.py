@@ -20,6 +20,7 @@ from torsio.calibration.play import Player
 from torsio.printed.told import MotorCurrent
 
 OHM, HENRY, SUPPLY_V, SENSOR_V_PER_A = 2.3, 1.7e-3, 12.8, 0.19
+COGGING_NM = 2e-3
 ELECTRICS = torsio.Electrics(
     winding_resistance_ohm=OHM,
     winding_inductance_h=HENRY,
@@ -29,8 +30,12 @@ ELECTRICS = torsio.Electrics(
 CIRCUIT = ("motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a")
 
 
-def opened(electrics: torsio.Electrics | None, name: str = "emulated") -> torsio.Knob:
-    plant = torsio.PlantParams(electrics=electrics)
+def opened(
+    electrics: torsio.Electrics | None,
+    name: str = "emulated",
+    cogging: torsio.Cogging | None = None,
+) -> torsio.Knob:
+    plant = torsio.PlantParams(electrics=electrics, cogging=cogging)
     knob = torsio.open(name, emulator=torsio.EmulatorOptions(plant=plant, control_rate_hz=20_000.0))
     knob.sleep(0.2)  # the board learns its sensor's zero
     return knob
@@ -44,7 +49,8 @@ def data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def measured() -> tuple[calibration.Calibration, list[str]]:
     steps: list[str] = []
-    with opened(ELECTRICS) as knob:
+    cogging = torsio.Cogging.sine(periods_per_rev=14, amplitude_nm=COGGING_NM, points=64)
+    with opened(ELECTRICS, cogging=cogging) as knob:
         return calibration.calibrate(knob, supply_v=SUPPLY_V, progress=steps.append), steps
 
 
@@ -74,6 +80,14 @@ def test_circuit_is_found_as_the_board_sees_it(measured: Any) -> None:
     assert low < sensor < high
     # The current is less than the board takes it for.
     assert_torques(found, sensor)
+
+
+def test_map_of_the_cogging_is_as_uncertain_as_its_amplitude(measured: Any) -> None:
+    found, _ = measured
+    amplitude = found.quantities["cogging_nm"]
+    assert amplitude.interval[0] <= COGGING_NM * SENSOR_V_PER_A / 0.2 <= amplitude.interval[1]
+    assert found.cogging.amplitudes_nm[0] == pytest.approx(amplitude.value)
+    assert found.cogging.sigmas_nm[0] == pytest.approx(amplitude.standard_uncertainty)
 
 
 def test_supply_that_nothing_would_use_is_an_error() -> None:

@@ -36,6 +36,7 @@ def test_cogging_near_the_shaft_s_own_frequency_is_all_there(
     cogging = found.quantities["cogging_nm"]
     assert abs(cogging.value - COGGING_NM) < 3.0 * cogging.standard_uncertainty
     assert cogging.standard_uncertainty < 12e-3 * COGGING_NM
+    assert found.cogging.sigmas_nm[0] == pytest.approx(cogging.standard_uncertainty)
 
 
 def test_brake_that_the_shaft_answers_is_not_taken_for_a_stronger_one(

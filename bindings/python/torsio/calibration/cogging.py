@@ -76,9 +76,12 @@ class Cogging(checks.ShortRepr):
         result: Array = np.sqrt(np.maximum(variance, 0.0) + 0.5 * self.left_nm**2)
         return result
 
-    def widened(self, share: float) -> Cogging:
-        """Give it with such a share of each amplitude added to the uncertainty of its wave."""
-        added = (share * self.amplitudes_nm) ** 2
+    def as_uncertain_as(self, sigma_nm: float) -> Cogging:
+        """Give it with the largest wave so uncertain, and the others widened by the same share."""
+        if not self.periods_per_rev:
+            return self
+        amplitudes = self.amplitudes_nm
+        added = max(sigma_nm**2 - self.sigmas_nm[0] ** 2, 0.0) * (amplitudes / amplitudes[0]) ** 2
         # The same error of the amplitude wherever along the wave: half the square on either part.
         return replace(self, covariance=self.covariance + np.diag(np.repeat(added, 2)))
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from torsio.calibration.brake import STAIRS_RAD_S
 from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import Circuit
+from torsio.calibration.cogging import Cogging
 from torsio.calibration.drive import Drive
 from torsio.calibration.found import Parts, Quantities, quantities_of
 from torsio.calibration.left_out import (
@@ -21,7 +22,7 @@ from torsio.calibration.left_out import (
 )
 from torsio.calibration.quantity import Quantity
 
-__all__ = ["differences", "of_ticks", "with_doubts"]
+__all__ = ["Doubted", "differences", "of_ticks", "with_doubts"]
 
 _Table = Mapping[str, tuple[float, float]]  # a share of the value, and at least
 _Doubt = dict[str, float]  # what is added to an uncertainty, by the quantity's name
@@ -35,6 +36,15 @@ _OF_COGGING, _OF_BENDS = 2e-3, 8e-4
 _OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain", "brake_curve")
 
 
+@dataclass(frozen=True)
+class Doubted:
+    """All quantities, the cogging's map and the brake's curve; no map or curve without a brake."""
+
+    quantities: Quantities
+    cogging: Cogging | None = None
+    brake_curve: BrakeCurve | None = None
+
+
 def with_doubts(
     parts: Parts,
     *,
@@ -42,11 +52,11 @@ def with_doubts(
     drive: Drive | None = None,
     others: _Others = (),
     circuit: Circuit | None = None,
-) -> tuple[Quantities, BrakeCurve | None]:
-    """Give all quantities and the brake's curve, with all that their fits cannot know.
+) -> Doubted:
+    """Give all that was found, with all that the fits cannot know.
 
-    Nothing else changes the uncertainty of a quantity, or of a point of the curve, after its fit.
-    Each doubt is independent of the fit and of the other doubts, so its square is added:
+    Nothing else changes the uncertainty of a quantity, a wave or a point after its fit. Each doubt
+    is independent of the fit and of the other doubts, so its square is added:
 
     - of a fit: what cogging and a bent shaft leave in it; the inertia that the drive seems to add;
       then what its model leaves out, of which it may have taken a part for chance;
@@ -65,21 +75,24 @@ def with_doubts(
     found = quantities_of(parts, drive, doubted) | {
         name: doubted(of) for name, of in points.items()
     }
-    tables = _tables_of(drive)
     share = 0.0 if circuit is None else circuit.torque_share
     doubts = (
         {} if parts.brake is None else _stairs(found, parts.brake.top_nm),
         of_ticks(found, tick_s),
-        *({name: _left_out(of, table) for name, of in found.items()} for table in tables),
-        *(differences(found, quantities_of(its, other) | _points(its)) for other, its in others),
+        *_of_drives(found, drive, others),
         {name: share * of.value for name, of in found.items() if of.name.endswith(_OF_TORQUE)},
     )
     for doubt in doubts:
         found = {name: of.wider(doubt.get(name, 0.0)) for name, of in found.items()}
-    of_circuit = {} if circuit is None else {of.name: of for of in circuit.quantities}
     sigmas = [found.pop(name).standard_uncertainty for name in points]
-    curve = None if parts.brake is None else parts.brake.curve.with_sigmas(sigmas)
-    return of_circuit | found, curve
+    of_circuit = {} if circuit is None else {of.name: of for of in circuit.quantities}
+    if parts.brake is None:
+        return Doubted(of_circuit | found)
+    return Doubted(
+        of_circuit | found,
+        parts.free.cogging.as_uncertain_as(found["cogging_nm"].standard_uncertainty),
+        parts.brake.curve.with_sigmas(sigmas),
+    )
 
 
 def _of_fit(parts: Parts, drive: Drive | None) -> Callable[[Quantity], Quantity]:
@@ -95,10 +108,13 @@ def _of_fit(parts: Parts, drive: Drive | None) -> Callable[[Quantity], Quantity]
     return doubted
 
 
-def _tables_of(drive: Drive | None) -> list[_Table]:
-    if drive is None:
-        return []
-    return [LEFT_OUT_BY_DRIVE, *([] if drive.predicts else [LEFT_OUT_BY_SIMPLE_LOOP])]
+def _of_drives(found: Quantities, drive: Drive | None, others: _Others) -> Iterator[_Doubt]:
+    """Give the errors of every current loop and of the simple one, then what others would give."""
+    if drive is not None:
+        for table in (LEFT_OUT_BY_DRIVE, {} if drive.predicts else LEFT_OUT_BY_SIMPLE_LOOP):
+            yield {name: _left_out(of, table) for name, of in found.items()}
+    for other, its in others:
+        yield differences(found, quantities_of(its, other) | _points(its))
 
 
 def _points(parts: Parts) -> Quantities:

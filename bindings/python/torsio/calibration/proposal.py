@@ -16,9 +16,8 @@ from torsio import perception
 from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import MEASURED_OF_BOARD, Circuit
 from torsio.calibration.cogging import Cogging
+from torsio.calibration.doubts import Doubted
 from torsio.calibration.found import Parts
-from torsio.calibration.free import Free
-from torsio.calibration.left_out import LEFT_OUT
 from torsio.calibration.quantity import Fit, Quantity
 from torsio.calibration.shaft import Shaft
 from torsio.common import checks, notebook
@@ -255,13 +254,6 @@ def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> 
     return configured_nm if abs(configured_nm - certain_nm) <= noise_nm else certain_nm
 
 
-def _mapped(free: Free, circuit: Circuit | None) -> Cogging:
-    """Give the cogging with what its waves cannot know of."""
-    left_out, _ = LEFT_OUT["cogging_nm"]
-    constant = 0.0 if circuit is None else circuit.torque_share
-    return free.cogging.widened(math.hypot(left_out, constant))
-
-
 def _conditions(
     knob: Knob, board: BoardConfig, ambient_c: float | None, now: datetime.datetime
 ) -> dict[str, Any]:
@@ -283,14 +275,13 @@ def put_together(
     knob: Knob,
     actuator: ActuatorConfig,
     parts: Parts,
-    found: tuple[dict[str, Quantity], BrakeCurve | None],
+    found: Doubted,
     circuit: Circuit | None,
     seconds: float,
     ambient_c: float | None,
 ) -> Calibration:
-    """Propose what was found: the quantities, and the brake's curve with them."""
-    free, shaft, brake = parts.free, parts.shaft, parts.brake
-    quantities, brake_curve = found
+    """Propose what was found."""
+    free, shaft, brake, quantities = parts.free, parts.shaft, parts.brake, found.quantities
     values, sigmas = _proposed(actuator, quantities)
     sigmas |= _sigmas_of_knee(quantities)
     board = knob.board_config()
@@ -323,9 +314,9 @@ def put_together(
         if brake is None
         else certain_assist_nm(quantities, control.free_assist_nm),
         known,
-        None if brake is None else _mapped(free, circuit),
+        found.cogging,
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
-        brake_curve,
+        found.brake_curve,
         seconds,
         _conditions(knob, board, ambient_c, now),
         (
