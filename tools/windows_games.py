@@ -5,19 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-import sys
-import zipfile
 from pathlib import Path
 
 from tools import hidapi_source
 
 TREE = Path(__file__).parent.parent
 FOLDER = TREE / "build/games"
-SOURCES = TREE / "tests/vm/guest/dinput"
-PROGRAMS = ("effects", "sdl")
+SOURCE = TREE / "tests/vm/guest/dinput/effects.cpp"
+PROGRAM = FOLDER / "effects.exe"
 OIS = TREE / "tests/vm/guest/ois.cpp"
-# SDL's Windows builds, and the packages for Python that bring them.
-SDL = {"SDL2.dll": "pysdl2-dll==2.32.10", "SDL3.dll": "tcod==21.2.2"}
 COMPILER = "x86_64-w64-mingw32-g++-posix"
 C_COMPILER = "x86_64-w64-mingw32-gcc-posix"
 # A program with the library, whose hidapi is the wheels', and what Wine 8 lacks for that.
@@ -31,22 +27,6 @@ _SERVICE = r"HKLM\System\CurrentControlSet\Services\winebus"
 _BUS_OPTIONS = {"Enable SDL": 0, "DisableHidraw": 0, "DisableInput": 1, "DisableUdevd": 1}
 # Reports no missing parts, and asks for neither .NET nor a browser.
 QUIET = {"WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml=", "DISPLAY": ""}
-
-
-def _fetch_sdl(library: str, package: str) -> None:
-    """Take a library out of a package for Windows, which need not be installed."""
-    if (FOLDER / library).exists():
-        return
-    wheels = FOLDER / "wheels"
-    shutil.rmtree(wheels, ignore_errors=True)
-    options = ("--disable-pip-version-check", "--no-deps", "--only-binary=:all:", "--retries", "5")
-    command = [sys.executable, "-m", "pip", "download", *options, "--platform", "win_amd64"]
-    subprocess.run([*command, "--dest", wheels, package], check=True)
-    (wheel,) = wheels.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        (name,) = [name for name in archive.namelist() if Path(name).name == library]
-        (FOLDER / library).write_bytes(archive.read(name))
-    shutil.rmtree(wheels)
 
 
 def _make_library() -> None:
@@ -77,7 +57,7 @@ def _make_library() -> None:
 
 
 def make() -> None:
-    """Compile the programs and the library, fetch SDL and make ``build/games/prefix``.
+    """Compile the programs and the library, and make ``build/games/prefix``.
 
     Existing files are not made again.
 
@@ -87,13 +67,9 @@ def make() -> None:
         If a compiler, pip or Wine fails.
     """
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for name in PROGRAMS:
-        source, program = SOURCES / f"{name}.cpp", FOLDER / f"{name}.exe"
-        if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
-            subprocess.run([COMPILER, *_FLAGS, source, "-o", program, *_LIBRARIES], check=True)
+    if not PROGRAM.exists() or PROGRAM.stat().st_mtime < SOURCE.stat().st_mtime:
+        subprocess.run([COMPILER, *_FLAGS, SOURCE, "-o", PROGRAM, *_LIBRARIES], check=True)
     subprocess.run(["c++", *_FLAGS[:4], OIS, "-o", FOLDER / "ois", "-lOIS"], check=True)
-    for library, package in SDL.items():
-        _fetch_sdl(library, package)
     _make_library()
     prefix = FOLDER / "prefix"
     if (prefix / "complete").exists():

@@ -27,18 +27,7 @@ PUSHED = f"10000 1 0 {HALF} {SATURATED}"
 
 
 def environment() -> Mapping[str, str]:
-    return {
-        **os.environ,
-        **windows_games.QUIET,
-        "WINEPREFIX": str(PREFIX),
-        # SDL is to use DirectInput, which it comes to last.
-        "SDL_JOYSTICK_HIDAPI": "0",
-        "SDL_JOYSTICK_RAWINPUT": "0",
-        "SDL_JOYSTICK_WGI": "0",
-        "SDL_JOYSTICK_GAMEINPUT": "0",
-        "SDL_XINPUT_ENABLED": "0",
-        "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1",
-    }
+    return {**os.environ, **windows_games.QUIET, "WINEPREFIX": str(PREFIX)}
 
 
 class Game:

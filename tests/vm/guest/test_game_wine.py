@@ -1,8 +1,8 @@
 """The knob as Windows games get it under Wine: its DirectInput drives the reports by itself.
 
 Wine's driver for HID devices and its `dinput` parse the report descriptor and write the reports
-over hidraw, without Linux's driver. Told to, it takes the event device instead. SDL's Windows
-builds, 2 and 3, stand upon that as games do. Takes minutes: ``./dev test games``.
+over hidraw, without Linux's driver. Told to, it takes the event device instead. Takes minutes:
+``./dev test games``.
 """
 
 from __future__ import annotations
@@ -14,25 +14,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.vm.guest import effect_forms, sdl, sdl3
+from tests.vm.guest import effect_forms
 from tests.vm.guest.direct_input import (
     DIRECT_INPUT,
-    FOLDER,
     HALF,
     LENGTH_MS,
-    LENGTH_S,
     PLAYED,
     PREFIX,
     PUSHED,
     SATURATED,
     Game,
     acquired,
-    case,
     environment,
-    level,
-    wave,
 )
-from tests.vm.guest.effect_forms import Case
 from tests.vm.guest.torque_log import Floats, held, let_pass, pieces, plug, read_log, turn
 from tests.vm.guest.virtual_bus import VirtualBus
 
@@ -150,57 +144,3 @@ def test_force_of_a_game_that_is_killed_ends(bus: VirtualBus, tmp_path: Path) ->
     assert float(what.min()) == pytest.approx(-0.5, abs=2e-3)
     # Long before the knob lets go after 10 s of silence.
     assert time_s[-1] - when_s[-1] > 8
-
-
-def play_and_look(
-    bus: VirtualBus, folder: Path, command: tuple[str | Path, ...], words: dict[str, str]
-) -> list[tuple[Floats, Floats]]:
-    """Play with the knob held off its middle; return what was felt, in pieces."""
-    knob, log = plug(bus, folder, range_deg=90)
-    turn(knob, folder, [(0.0, 0.0), (0.05, ANGLE_RAD)])
-    with acquired(*command) as game:
-        for name, told in words.items():
-            game.play(name, told)
-    time_s, _, torque = read_log(bus, log)
-    found = pieces(time_s, torque, 0.1)
-    assert len(found) == len(words), [(t[0], float(np.mean(x))) for t, x in found]
-    return found
-
-
-def distances(found: list[tuple[Floats, Floats]], forms: list[Case]) -> list[float]:
-    return [
-        float(effect_forms.residual(t, x, form).max())
-        for (t, x), form in zip(found, forms, strict=False)
-    ]
-
-
-@pytest.mark.usefixtures("wine")
-@pytest.mark.parametrize("release", [2, 3])
-def test_windows_builds_of_sdl_are_felt_as_they_were_told(
-    bus: VirtualBus, tmp_path: Path, release: int
-) -> None:
-    share = 16_384 / 32_767
-    played = {
-        "half": (sdl.constant(16_384, LENGTH_MS), level(share)),
-        "back": (sdl.constant(-16_384, LENGTH_MS), level(-share)),
-        "ramp": (
-            sdl.ramp(-16_384, 16_384, LENGTH_MS),
-            case(lambda t: share * (2 * t / LENGTH_S - 1)),
-        ),
-        "sine": (
-            sdl.periodic(sdl.SINE, 16_384, 100, LENGTH_MS),
-            wave(effect_forms.sine, share),
-        ),
-    }
-    effects = {name: effect for name, (effect, _) in played.items()}
-    effects["spring"] = sdl.condition(sdl.SPRING, 16_384, LENGTH_MS)
-    words = {
-        name: f"{LENGTH_MS} {sdl3.turned(effect, sdl3.cartesian(1, 0)).hex()}"
-        for name, effect in effects.items()
-    }
-    command = (FOLDER / "sdl.exe", FOLDER / f"SDL{release}.dll", str(release))
-    found = play_and_look(bus, tmp_path, command, words)
-    errors = distances(found, [form for _, form in played.values()])
-    print("worst distance from the closed forms:", errors)
-    assert max(errors) < 0.03
-    assert steady(found, len(played)) == pytest.approx(-0.25, abs=0.01)
