@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 import torsio
-from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.printed.config import Law
 from torsio.printed.told import Energies
 
@@ -118,54 +116,3 @@ def test_stiffest_that_is_rendered_begins_at_three_times_what_is_stable(calibrat
             tick=0, time_s=0.0, kept=True, motor_j=0.0, felt_j=0.0, stored_j=0.0, brake_j=0.0,
             bound_nm_per_rad=0.0,
         )  # fmt: skip
-
-
-def knock_excess_j(rate_hz: float, counts: int, speed_rad_s: float, strength: float) -> float:
-    """Let a knob without friction bounce off an Impact; what it gains beyond (12) of the theory."""
-    plant = dataclasses.replace(
-        torsio.PlantParams(counts_per_rev=counts), motor_time_constant_s=0.0, knob_coulomb_nm=0.0,
-        knob_viscous_nm_s_per_rad=0.0, shaft_damping_nm_s_per_rad=0.0, brake_drag_nm=0.0,
-        brake_viscous_nm_s_per_rad=0.0,
-    )  # fmt: skip
-    spring_nm_per_rad = 5.0
-    rows = simulate(
-        LoopOptions(
-            scene=torsio.Impact(
-                angle_rad=0.02, strength_nm_s_per_rad=strength, pulse_nm_s_per_rad=strength,
-                frequency_hz=60.0, decay_s=0.1, pulse_s=0.05,
-            ),
-            hand=torsio.ImpedanceHand(
-                stiffness_nm_per_rad=spring_nm_per_rad, intended_angle_rad=0.02
-            ),
-            plant=plant,
-            control=torsio.ControlConfig(law="motor_only"),
-            control_period_ns=round(1e9 / rate_hz),
-            initial=InitialState(speed_rad_s=speed_rad_s),
-        ),
-        duration_s=0.2,
-    )  # fmt: skip
-    twist = rows["angle_rad"] - rows["brake_angle_rad"]
-    energy_j = 0.5 * (
-        plant.knob_inertia_kg_m2 * rows["speed_rad_s"] ** 2
-        + plant.brake_inertia_kg_m2 * rows["brake_speed_rad_s"] ** 2
-        + plant.shaft_stiffness_nm_per_rad * twist**2
-        + spring_nm_per_rad * (rows["angle_rad"] - 0.02) ** 2
-    )
-    torque_nm = np.abs(rows["motor_command_nm"])
-    most_nm = np.maximum.accumulate(torque_nm)
-    # A count at the surface and one where it ends, and the motion of the last tick.
-    open_j = 2.0 * most_nm * 2.0 * math.pi / counts
-    open_j[1:] += torque_nm[:-1] * np.abs(np.diff(rows["angle_rad"]))
-    return float(np.max(energy_j - energy_j[0] - open_j)) - 1e-3 * float(energy_j[0])
-
-
-KNOCKS = list(itertools.product((2048, 8192, 32768), (0.5, 3.0, 15.0), (0.003, 0.03, 0.3)))
-
-
-@pytest.mark.parametrize("rate_hz", [1e4, 2e4])
-def test_knock_gives_no_more_than_it_took_at_a_board_s_rates(rate_hz: float) -> None:
-    assert max(knock_excess_j(rate_hz, *knock) for knock in KNOCKS) <= 0.0
-
-
-def test_knock_may_give_more_than_it_took_at_a_slow_rate() -> None:
-    assert 0.0 < max(knock_excess_j(1e3, *knock) for knock in KNOCKS) < 2e-3
