@@ -126,18 +126,6 @@ def test_string_cut_frees_the_knob_as_in_the_second_implementation() -> None:
     assert got["angle"][before] == pytest.approx(expected["angle"][before], abs=2 * COUNT_RAD)
 
 
-def test_grains_of_a_noisy_texture_are_its_seed_s() -> None:
-    def felt(seed: int) -> Any:
-        texture = torsio.Texture(grains_per_turn=60, torque_nm=0.02, grain="noise", seed=seed)
-        hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.2, 1.0)])
-        options = closed_loop.LoopOptions(scene=[texture], hand=hand)
-        rows = closed_loop.simulate(options, duration_s=0.2)
-        return rows["desired_torque_nm"]
-
-    np.testing.assert_array_equal(felt(1), felt(1))
-    assert np.any(felt(1) != felt(2))
-
-
 def test_knob_that_a_hand_moves_does_not_stick() -> None:
     hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 1.0)])
     rows = closed_loop.simulate(closed_loop.LoopOptions(hand=hand), duration_s=0.1)

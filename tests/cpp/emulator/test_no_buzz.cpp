@@ -235,41 +235,4 @@ TEST_CASE("calibrated_law_clean_wall_is_the_compensated_law_s_to_the_bit") {
   }
 }
 
-// The oracle is the plant's own truth: torque times way, added up tick by tick.
-TEST_CASE("ledger_agrees_with_the_truth_where_the_model_is_true") {
-  Trial trial{.stiffness_nm_per_rad = 2.0};
-  double contact_s = 0.0;
-  ClosedLoopOptions options = options_of(trial, contact_s);
-  options.plant.counts_per_rev = options.actuator.counts_per_rev = 1 << 20;
-  options.encoder.counts_per_rev = options.plant.counts_per_rev;
-  options.plant.motor_time_constant_s = options.actuator.motor_time_constant_s = 0.0;
-  options.plant.shaft_damping_nm_s_per_rad = 0.0;
-  emulator::ImpedanceHand hand;
-  hand.stiffness_nm_per_rad = 2.0;
-  hand.damping_nm_s_per_rad = 0.02;
-  hand.intended_angle_rad = emulator::Profile(std::vector<emulator::ProfileKnot>{
-      {0, kStartRad}, {500'000'000, 0.04}, {600'000'000, 0.04}, {1'100'000'000, kStartRad}});
-  options.hand = hand;
-  options.initial->speed_rad_s = {};
-  ClosedLoop loop(options);
-  std::vector<LoopRow> rows(11'000);
-  loop.run(rows.size(), rows);
-
-  double motor_j = 0.0;
-  double spring_j = 0.0;
-  for (std::size_t i = 1; i + 1 < rows.size(); ++i) {
-    const double way_rad = rows[i + 1].angle_rad - rows[i].angle_rad;
-    motor_j += static_cast<double>(rows[i].motor_command_nm) * way_rad;  // held, without a lag
-    spring_j += 0.5 * (rows[i].spring_torque_nm + rows[i + 1].spring_torque_nm) * way_rad;
-  }
-  const torsio::core::Ledger& ledger = loop.controller().ledger;
-  const double step_j = 2.0 * std::numbers::pi / (1 << 20) / (1 << 23);
-  const double told_motor_j = static_cast<double>(ledger.motor) * step_j;
-  const double told_spring_j = 0.5 * static_cast<double>(ledger.spring_twice) * step_j;
-  CHECK(std::abs(motor_j) > 1e-4);
-  CHECK(spring_j < -1e-4);
-  CHECK(told_motor_j == doctest::Approx(motor_j).scale(0).epsilon(0.01));
-  CHECK(told_spring_j == doctest::Approx(spring_j).scale(0).epsilon(0.05));
-}
-
 }  // namespace

@@ -75,14 +75,6 @@ TEST_CASE("actuator: every kind has a name of its own and is found by it") {
                        doctest::Contains("soft_sensor_paper"), std::invalid_argument);
 }
 
-TEST_CASE("actuator: bodies that turn together carry the sum of their inertia and friction") {
-  const Parts parts;
-  const auto parallel = machine_params(Kind::parallel, parts);
-  CHECK(parallel.knob.inertia_kg_m2 == doctest::Approx(2e-5 + 4e-5 + 4e-5));
-  CHECK(parallel.knob.coulomb_nm == doctest::Approx(6e-3));
-  CHECK_FALSE(parallel.has_far_shaft);
-}
-
 TEST_CASE("trial: periods that steps do not divide are refused") {
   TrialParams params;
   params.period_ns = 1'000'000;

@@ -44,32 +44,6 @@ TEST_CASE("trapezoid and semi-implicit converge to the exact stepper, for every 
   }
 }
 
-TEST_CASE("exact steps in single precision are the exact ones to four digits, for every part") {
-  for (const Variant& variant : variants()) {
-    CAPTURE(variant.name);
-    const Track exact = track(variant.params, variant.hand, 1'000'000);
-    const double error = relative_error(track(variant.params, variant.hand, 1'000'000, 0.085, 0.05,
-                                              stepper_by_name("exact_single")),
-                                        exact);
-    CHECK(error > 0.0);
-    CHECK(error < 1e-4);
-  }
-}
-
-TEST_CASE("regularised friction creeps where the brake should hold, and the exact one does not") {
-  const Hand hand = TorqueHand{Profile({{0, 0.0}, {100'000'000, 0.04}})};
-  const auto creep_rad = [&](const MakeStepper& make, std::int64_t step_ns) {
-    Plant plant({}, hand, step_ns, make);
-    plant.set_command({0.0, 0.06});
-    plant.advance(1'000'000'000);
-    const double before = plant.state().knob_angle_rad();
-    plant.advance(1'000'000'000);
-    return plant.state().knob_angle_rad() - before;
-  };
-  CHECK(creep_rad(make_exact_stepper, 1'000'000) == 0.0);
-  CHECK(creep_rad(stepper_by_name("regularised"), 10'000) > 1e-3);
-}
-
 TEST_CASE("stepper of an unknown name, or with a smoothing that is none, is refused") {
   CHECK_THROWS_WITH_AS((void)stepper_by_name("rk4"), doctest::Contains("not 'rk4'"),
                        std::invalid_argument);
