@@ -94,36 +94,6 @@ TEST_CASE("brake holds a torque below its capacity with no creep at all") {
   }
 }
 
-TEST_CASE("brake slips when the torque passes its capacity, and carries its capacity then") {
-  for (const Choice& choice : steppers_that_hold()) {
-    CAPTURE(choice.name);
-    const PlantParams params;
-    // Slowly, so that the spring's torque follows the hand's less the knob's friction.
-    Plant plant = choice.plant(params, TorqueHand{Profile({{0, 0.0}, {10'000'000'000, 0.1}})});
-    plant.set_command({0.0, 0.03});
-    const double breakaway_nm = params.knob_coulomb_nm + params.brake_drag_nm + 0.03;
-    while (plant.state().brake_speed_rad_s() == 0.0) plant.advance(1'000'000);
-    CHECK(plant.truth().hand_torque_nm == doctest::Approx(breakaway_nm).scale(0).epsilon(2e-3));
-    CHECK(plant.truth().brake_torque_nm == doctest::Approx(-0.032).scale(0).epsilon(1e-4));
-    CHECK_FALSE(plant.truth().brake_sticks);
-  }
-}
-
-TEST_CASE("motor and brake answer a step with their exponentials, even in one long step") {
-  for (const Choice& choice : steppers_that_hold()) {
-    for (const std::int64_t step_ns : {choice.step_ns, std::int64_t{1'000'000'000}}) {
-      CAPTURE(choice.name);
-      Plant plant({}, PrescribedMotion{Profile::constant(0.0)}, step_ns, choice.make);
-      plant.set_command({0.04, 0.08});
-      plant.advance(250'000);
-      CHECK(plant.truth().motor_torque_nm ==
-            doctest::Approx(0.04 * -std::expm1(-250.0 / 44.0)).scale(0).epsilon(1e-12));
-      CHECK(plant.truth().brake_capacity_nm ==
-            doctest::Approx(2e-3 + 0.08 * -std::expm1(-0.25 / 60.0)).scale(0).epsilon(1e-12));
-    }
-  }
-}
-
 TEST_CASE("plant is in the same state, to the bit, however a span is cut into calls") {
   for (const Choice& choice : steppers_that_hold()) {
     CAPTURE(choice.name);
