@@ -17,7 +17,7 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from tools import hidapi_source, parts, sdist, wheel_oldest, wheel_pythons, wheel_trials
+from tools import hidapi_source, parts, sdist, wheel_pythons, wheel_trials
 from tools.wheel_commands import BUILD, TREE, Failed, environment, pip, run, say
 from tools.wheel_compilers import Compilers, compilers
 
@@ -159,7 +159,6 @@ def try_out(wheel: Path, version: str, architecture: str, own: Path) -> None:
     say(f"{wheel.name}: trying it")
     if architecture == HOME:
         say(wheel_trials.at_home(wheel, python.program))
-        say(wheel_oldest.try_out(wheel, python, own, wheel_trials.FIRST_STEPS))
     else:
         say(wheel_trials.abroad(wheel, architecture, python, own))
 

@@ -1,4 +1,4 @@
-"""A user's first steps with a knob plugged in; ``./dev wheels`` takes them through a wheel."""
+"""A user's first steps with a knob plugged in."""
 
 from __future__ import annotations
 

@@ -79,7 +79,6 @@ class VirtualKnob:
         hand: str,
         options: Sequence[str] = (),
         seed: int = 0,
-        program: Path = PROGRAM,
     ) -> None:
         self.serial = serial
         self.bus_id = ""
@@ -87,7 +86,7 @@ class VirtualKnob:
         self._is_pulled = False  # and the kernel may not have noticed yet
         numbers = ("--port", "0", "--rate-hz", str(rate_hz), "--seed", str(seed))
         self.process = subprocess.Popen(
-            [str(program), *numbers, "--serial", serial, "--hand", hand, *options],
+            [str(PROGRAM), *numbers, "--serial", serial, "--hand", hand, *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
