@@ -109,7 +109,8 @@ def test_supply_that_nobody_measured_spoils_no_torque_constant(supply_v: float) 
         assert found.board.supply_v == before.supply_v == 12.0
         told, name = found.quantities[CIRCUIT[2]], CIRCUIT[2]
         assert told.value == pytest.approx(0.05 * 12.0 / supply_v, rel=5e-3)
-        assert told.interval[0] < 0.05 < told.interval[1]
+        # Of the supplies within a tenth 95 % lie within 0.95 of it.
+        assert told.standard_uncertainty == pytest.approx(0.095 / 1.96 * told.value, rel=1e-2)
         assert getattr(found.board, name) == getattr(before, name) == pytest.approx(0.05)
         assert_torques(found, 1.0)
         known = calibration.calibrate(knob, supply_v=supply_v)

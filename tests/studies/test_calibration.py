@@ -295,6 +295,8 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert again["rows"] == first["rows"]
     kept = json.loads((tmp_path / "calibration.json").read_text())
     assert kept["rows"][0]["coverage"] == 1.0
+    by_chance = 1.0 / (1.0 + 1.96**2 / 8)  # of eight of eight; Wilson's
+    assert kept["rows"][0]["coverage_interval"] == pytest.approx([by_chance, 1.0], abs=1e-4)
     assert [row["quantity"] for row in kept["driven"]["rows"]] == list(ALL)
     assert (kept["driven"]["complete"], kept["driven"]["knob_seconds"]) == (8, 40.0)
     assert (kept["far"]["knobs"], kept["far"]["driven"]["complete"]) == (2, 2)

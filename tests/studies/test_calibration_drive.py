@@ -66,6 +66,7 @@ def test_knob_with_drawn_signs_is_refused_where_they_disagree_and_then_measured(
         known = np.array([score for score in scores if np.isfinite(score)])
         assert len(known) > 20
         assert np.mean(known <= 1.96) >= 0.8
+        assert max(scores[ALL.index(name)] for name in ("rise_s", "motor_resistance_ohm")) <= 1.96
 
 
 def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -> None:

@@ -39,14 +39,16 @@ __all__ = [
 # Effects outside the equation, as a share: a sagging supply, a warm winding, the moment of the
 # voltage, an angle that is a tick old. Found on the emulated knobs 200 to 259.
 _LEFT_OUT = {
-    "motor_resistance_ohm": 5e-3,
+    "motor_resistance_ohm": 5.3e-3,
     "motor_inductance_h": 9e-3,
     "motor_torque_constant_nm_per_a": 8e-4,
 }
 # Supply, sensor and winding may each be a tenth off, evenly: the standard deviation of one.
 _TENTH = 0.1 / math.sqrt(3.0)
-SUPPLY_CONFIGURED, SUPPLY_METERED = _TENTH, 1e-2
-"""How uncertain the supply is, as a share: as it is configured, as a meter says it."""
+SUPPLY_CONFIGURED, SUPPLY_METERED = 0.95 * 0.1 / 1.96, 1e-2
+"""How uncertain the supply is, as a share: as it is configured, as a meter says it.
+
+Of what is even within a tenth 95 % lie within 0.95 of the tenth."""
 
 # Range of the boards' converter. A sensor's zero keeps this distance from both ends.
 _CONVERTER_V, _END_V = 3.3, 0.1

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
+from scipy.stats import binomtest
 
 from torsio import perception
 from torsio.calibration import figure as fits
@@ -142,11 +143,14 @@ def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
         for true, found in zip(truth[known], value[known], strict=True)
     ]
     in_jnds = [one for one in felt if one is not None]
+    held = np.abs(score) <= 1.96
+    by_chance = binomtest(int(held.sum()), len(held)).proportion_ci(method="wilson")
     scale = np.where(size > 0, size, np.nan) if relative else np.ones(len(size))
     return {
         "quantity": name,
         "knobs": int(known.sum()),
-        "coverage": float(np.mean(np.abs(score) <= 1.96)),
+        "coverage": float(np.mean(held)),
+        "coverage_interval": [float(by_chance.low), float(by_chance.high)],
         "bias_in_sigmas": float(np.median(score)),
         "median_error": float(np.nanmedian(np.abs(value[known] - truth[known]) / scale)),
         "median_sigma": float(np.nanmedian(sigma[known] / scale)),
@@ -166,7 +170,9 @@ def _coverage(rows: list[dict[str, Any]]) -> Table:
         quantities.add_row(
             row["quantity"],
             f"{row['knobs']}",
-            f"{100 * row['coverage']:.1f} %",
+            "{:.1f} % ({:.0f} to {:.0f})".format(
+                *(100 * share for share in (row["coverage"], *row["coverage_interval"]))
+            ),
             f"{scale * row['median_error']:.2g}{unit}",
             "" if row["median_error_jnds"] is None else f"{row['median_error_jnds']:.2g} JND",
             f"{scale * row['median_sigma']:.2g}{unit}",
