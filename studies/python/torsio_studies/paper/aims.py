@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from itertools import product
+from itertools import product, starmap
 from typing import Final
 
+import numpy as np
 from rich.table import Table
 
 import torsio
@@ -28,6 +29,8 @@ ASSIST_NM = 5.8e-3
 TURN_RAD_S = 1.0
 PLACES = 16  # within a count
 EXITS_RAD_S = (0.1, 0.25, 0.6, 1.0)
+# Of an encoder whose count flickers on, and N m/rad of walls in which the device holds it.
+NOISE_COUNTS, NOISY_COUNTS, HOLDING_WALLS = 0.3, (8192, 32_768, 131_072), (30.0, 300.0, 3000.0)
 DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
 WRONG_SHARES: Final = (0.8, 1.2)
 WRONG_EXIT_RAD_S: Final = 0.25
@@ -253,6 +256,27 @@ def _wrong_belief(variant: Variant, belief: str, places: int) -> Results:
     return {"belief": belief, **{name: max(one[name] for one in both) for name in names}}
 
 
+def _held_leap_nm(counts: int, wall_nm_per_rad: float) -> float:
+    """Give by how much the motor leaps as a hand pushes on from a count that the device holds."""
+    held_s, on_s = 2.0, 0.6
+    hand = ImpedanceHand(
+        stiffness_nm_per_rad=1.0, damping_nm_s_per_rad=0.01, inertia_kg_m2=1e-6,
+        intended_angle_rad=[(0.0, 0.0), (0.3, 0.1), (held_s, 0.1), (held_s + on_s, 0.13)],
+    )  # fmt: skip
+    rows = simulate(
+        LoopOptions(
+            scene=[torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=wall_nm_per_rad)],
+            plant=PlantParams(counts_per_rev=counts, encoder_noise_counts=NOISE_COUNTS),
+            hand=hand,
+            control=ControlConfig(law="calibrated"),
+            control_period_ns=round(1e9 / RATE_HZ),
+        ),
+        duration_s=held_s + on_s,
+    )
+    left = np.flatnonzero((np.diff(rows["desired_torque_nm"]) != 0) & (rows["time_s"][1:] > held_s))
+    return abs(float(np.diff(rows["motor_command_nm"])[left[0]]))
+
+
 def run(study: Study) -> Results:
     """Measure every variant."""
     rows = []
@@ -288,6 +312,7 @@ def run(study: Study) -> Results:
         "worst_places": _worst_left(known, places),
         "wrong_beliefs": [_wrong_belief(known, belief, places) for belief in WRONG_BELIEFS],
         "count_step_jnds": perception.torque_jnds(step),
+        "held_leap_nm": max(starmap(_held_leap_nm, product(NOISY_COUNTS, HOLDING_WALLS))),
     }
 
 

@@ -290,4 +290,9 @@ def show(results: Results, console: Console) -> None:
     console.print(table)
     console.print()
     console.print(aims.table(results["aims"]))
+    leap_nm = results["aims"]["held_leap_nm"]
+    console.print(
+        f"off a count that the device holds the motor leaps by {1e3 * leap_nm:.1f} mN·m, "
+        f"{perception.torque_jnds(leap_nm):.1f} JND"
+    )
     console.print(f"1 JND: {perception.MEANING}")
