@@ -92,15 +92,6 @@ def test_knob_that_is_unplugged_while_it_is_opened_is_an_error(knob: VirtualKnob
     assert told <= {"", "DeviceNotFound", "Disconnected", "Timeout"}
 
 
-def test_knob_that_was_unplugged_while_armed_disarms(knob: VirtualKnob) -> None:
-    with torsio.open(knob.serial) as opened:
-        opened.arm()
-        knob.unplug()
-    knob.plug()
-    with torsio.open(knob.serial) as opened:
-        assert opened.state == "disarmed"
-
-
 @pytest.mark.kernel("6.12")
 @pytest.mark.parametrize("cycles", [5, pytest.param(200, marks=pytest.mark.whole)])
 def test_many_plug_cycles(knob: VirtualKnob, cycles: int) -> None:
