@@ -59,20 +59,31 @@ bool read_as(const protocol::ReportBytes& bytes, Report& report) {
   return bytes[0] == protocol::Layout<Report>::id && protocol::decode(bytes, report).ok();
 }
 
+/// Takes away what a law that bounds makes safe: all that depends on the angle alone.
+/// @returns whether anything is left
+template <class Report>
+bool leave_unbounded(Report& report) {
+  if constexpr (requires { report.damping_nm_s_per_rad; }) {
+    if constexpr (requires { report.stiffness_nm_per_rad; }) report.stiffness_nm_per_rad = 0.0F;
+    return report.damping_nm_s_per_rad != 0.0F;
+  }
+  return std::is_same_v<Report, protocol::Inertia>;
+}
+
 /// The steepest that all together get.
 double slope_of(std::span<const protocol::ReportBytes> reports, const core::Resolution& resolution,
-                bool only_local) {
+                bool bounds) {
   double sum = 0.0;
   const auto add = [&]<class Report>(const protocol::ReportBytes& bytes, Report& report) {
     core::Effect effect;
-    if (read_as(bytes, report) && device::prepare(report, resolution, effect).ok()) {
+    if (read_as(bytes, report) && (!bounds || leave_unbounded(report)) &&
+        device::prepare(report, resolution, effect).ok()) {
       sum += slope_of(effect);
     }
   };
   for (const protocol::ReportBytes& bytes : reports) {
     protocol::LocalModel local;
     if (read_as(bytes, local)) return std::numeric_limits<double>::infinity();
-    if (only_local) continue;
     std::apply([&](auto... effect) { (add(bytes, effect), ...); }, protocol::EffectReports{});
   }
   return sum;
@@ -142,14 +153,12 @@ struct Tone {
 class Played {
  public:
   Played(std::span<const protocol::ReportBytes> reports, const core::Resolution& resolution,
-         bool only_local)
-      : resolution_(resolution) {
+         bool bounds)
+      : resolution_(resolution), bounds_(bounds) {
     for (const protocol::ReportBytes& bytes : reports) {
       take(bytes, local_report_);
-      if (!only_local) {
-        take_points(bytes);
-        std::apply([&](auto... effect) { (take(bytes, effect), ...); }, protocol::EffectReports{});
-      }
+      take_points(bytes);
+      std::apply([&](auto... effect) { (take(bytes, effect), ...); }, protocol::EffectReports{});
     }
     local_ = device::prepare(local_report_, resolution);
   }
@@ -168,6 +177,9 @@ class Played {
   template <class Report>
   void take(const protocol::ReportBytes& bytes, Report& report) {
     if (!read_as(bytes, report)) return;
+    if constexpr (!std::is_same_v<Report, protocol::LocalModel>) {
+      if (bounds_ && !leave_unbounded(report)) return;
+    }
     plays = true;
     protocol::Layout<Report>::fields.apply(
         [&](const auto&... field) { (look_at(field.name, report.*field.member), ...); });
@@ -199,6 +211,7 @@ class Played {
   }
 
   core::Resolution resolution_;
+  bool bounds_;  // the law
   std::unique_ptr<core::Scene> scene_ = std::make_unique<core::Scene>();
   protocol::LocalModel local_report_;
   core::LocalModel local_;
@@ -436,7 +449,7 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                  : "at rest the knob may hum in this: a count of its encoder switches more torque "
                    "than its friction holds") +
          "; ask for less" +
-         (bounds ? ", because no law bounds a local model"
+         (bounds ? ", because no law bounds a damper, inertia or a local model"
                  : ", or set the law 'calibrated', which bounds a scene");
 }
 

@@ -61,11 +61,11 @@ def test_device_that_is_told_the_truth_hardly_ever_counts_a_swing() -> None:
     random = np.random.default_rng(5)
     counts = []
     for batch in batches(120, 32, "calibrated"):
-        case = replace(batch.designs[0], noisy=False)
+        case = replace(batch.designs[0], noisy=False, extra="nothing")
         if case.hand == "thrown":
             continue
-        # Gains and noise are none of its draws.
-        point = np.append(random.uniform(size=len(SPACE) - 3), np.zeros(3))
+        # Gains, noise and more effects are none of its draws.
+        point = np.append(random.uniform(size=len(SPACE) - 4), np.zeros(4))
         value = values_of(point)
         options = options_of(case, {k: 1.0 if "told." in k else v for k, v in value.items()})
         assert options.actuator is not None

@@ -271,7 +271,7 @@ FOUND = (
 def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
     """Encoders had no noise then, nor gains an error."""
     case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
-    case = replace(case, noisy=False)
+    case = replace(case, noisy=False, extra="nothing")
     return case, options_of(case, dict(zip(SPACE, values, strict=False)))
 
 

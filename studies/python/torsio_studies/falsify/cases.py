@@ -18,10 +18,14 @@ from torsio import (
     BoardConfig,
     ControlConfig,
     Curve,
+    Damper,
     Detents,
     EndStops,
     Friction,
+    Impact,
+    Inertia,
     Spring,
+    Texture,
     Wall,
 )
 from torsio.closed_loop import InitialState, LoopOptions
@@ -43,6 +47,8 @@ SceneName = Literal["wall", "spring", "limited spring", "facing walls", "stops",
 HandName = Literal["thrown", "weight", "released", "held"]
 SCENES: Final[tuple[SceneName, ...]] = get_args(SceneName)
 HANDS: Final[tuple[HandName, ...]] = get_args(HandName)
+ExtraName = Literal["nothing", "damper", "damped wall", "inertia", "texture", "impact"]
+EXTRAS: Final[tuple[ExtraName, ...]] = get_args(ExtraName)
 RATES_HZ: Final = (10_000, 20_000)
 COUNTS: Final = (2048, 8192, 32_768, 131_072)
 
@@ -88,11 +94,13 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "hand_damping": (0.02, 2.0),
     **{f"told.{name}": _NEARLY for name in _GAINS},
     "encoder_noise_counts": (0.01, 0.3),
+    "extra_share": (0.01, 1.0),
 }
 """Bounds of the optimiser's variables, which move evenly in the logarithm.
 
 `weight` is a share of what can be held, `hand_damping` a share of the critical one. The gains move
-with electrics only, and the noise of a noisy encoder.
+with electrics only, and the noise of a noisy encoder. `extra_share` is a share of the strongest
+effect that comes to the scene's.
 """
 
 
@@ -110,6 +118,7 @@ class Case:
     electrics: bool
     belt: bool
     noisy: bool
+    extra: ExtraName = "nothing"
 
 
 @dataclass(frozen=True)
@@ -134,6 +143,7 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             rate_hz=int(random.choice(RATES_HZ)), counts=int(random.choice(COUNTS)),
             electrics=bool(random.random() < 0.3), belt=bool(random.random() < 0.2),
             noisy=bool(random.random() < 0.3),
+            extra=EXTRAS[max(0, int(random.integers(-3, len(EXTRAS))))],
         )  # fmt: skip
         yield Batch(law, number, (case,), tries)
 
@@ -201,6 +211,28 @@ def _board(value: Mapping[str, float]) -> BoardConfig:
 
 def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
     at_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
+    return (*_springs(case, value, at_rad), *_extra(case, value.get("extra_share", 0.0), at_rad))
+
+
+def _extra(case: Case, share: float, at_rad: float) -> tuple[Effect, ...]:
+    """Give what comes to the scene: damper and inertia of which `play` does not warn."""
+    damping = share * 0.06
+    extras: dict[ExtraName, tuple[Effect, ...]] = {
+        "nothing": (),
+        "damper": (Damper(damping_nm_s_per_rad=damping),),
+        "damped wall": (
+            Wall(angle_rad=at_rad, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=damping),
+        ),
+        "inertia": (Inertia(inertia_kg_m2=share * 2e-4),),
+        "texture": (Texture(grains_per_turn=min(500, case.counts // 8), torque_nm=share * 0.1),),
+        "impact": (
+            Impact(angle_rad=at_rad, strength_nm_s_per_rad=share, pulse_nm_s_per_rad=share),
+        ),
+    }
+    return extras[case.extra]
+
+
+def _springs(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
     stiffness, limit_nm = value["stiffness_nm_per_rad"], value["limit_nm"]
     wall = Wall(angle_rad=at_rad, stiffness_nm_per_rad=stiffness)
     far_rad = at_rad - min(0.04, limit_nm / stiffness)
