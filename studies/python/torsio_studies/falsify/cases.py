@@ -215,7 +215,7 @@ def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
 
 
 def _extra(case: Case, share: float, at_rad: float) -> tuple[Effect, ...]:
-    """Give what comes to the scene: damper and inertia of which `play` does not warn."""
+    """Give what comes to the scene; `play` does not warn of these dampers and this inertia."""
     damping = share * 0.06
     extras: dict[ExtraName, tuple[Effect, ...]] = {
         "nothing": (),
