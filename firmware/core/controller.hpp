@@ -1,7 +1,8 @@
 /// @file
 /// One control tick, from the encoder's count to the commands of motor and brake:
 ///
-///     count -> motion -> scene -> brake model -> soft sensor -> partition -> slew
+///     count -> motion -> scene -> brake model -> soft sensor -> bound -> partition -> impacts
+///     -> slew
 ///
 /// The brake model says what the brake can hold *now*, after it has followed the last command for
 /// one period.
