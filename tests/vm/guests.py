@@ -29,15 +29,14 @@ TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
 # Much longer than a guest needs on an idle processor without KVM, see docs/reference/usb.md. A busy
 # host may take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
-# Tests that run there: the guest's own, and the Python API's, over USB.
-PATHS = "tests/vm/guest tests/python/test_knob.py"
+PATHS = "tests/vm/guest"  # tests that run there
 # Programs that they start.
 PROGRAMS = "build/release/emulator/usbip/torsio_virtual_knob"
 # The lives of some knobs, and where a guest finds the number that they come to on the host.
 LIFE = TREE / "build/release/tests/determinism/torsio_life"
 LIFE_SIZE = (1, 1)  # seconds, knobs
 LIFE_NUMBER = Path("/torsio-share/number")
-_PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovider"
+_PLUGINS = "-p tests.vm.guest.plugin -p no:cacheprovider"
 # Importing the other packages takes an emulated processor longer than all the rest.
 _NO_OTHER_PLUGINS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 
