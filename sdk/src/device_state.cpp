@@ -1,7 +1,5 @@
 #include "device_state.hpp"
 
-#include <chrono>
-#include <thread>
 #include <utility>
 
 #include "conversion/reading.hpp"
@@ -10,12 +8,6 @@
 
 namespace torsio {
 namespace {
-
-constexpr int kWaitsForArming = 1000;
-constexpr auto kWaitForArming = std::chrono::milliseconds(1);
-
-// Whose order to arm is under way in this thread: a signal's handler may close there.
-thread_local const DeviceState* arms_here = nullptr;  // NOLINT(*-avoid-non-const-global-variables)
 
 State state_of(protocol::State state) { return static_cast<State>(state); }
 static_assert(static_cast<int>(State::fault) == static_cast<int>(protocol::State::fault));
@@ -52,62 +44,12 @@ std::optional<Disarm> DeviceState::disarm_since(std::uint64_t disarms) const {
   return last_disarm_;
 }
 
-// Orders -----------------------------------------------------------------------------------------
-
-DeviceState::Order::Order(DeviceState& device, protocol::Op op)
-    : device_(device),
-      arms_(op == protocol::Op::arm),
-      disarms_(op == protocol::Op::disarm || op == protocol::Op::stop) {
-  if (arms_) {
-    ++device_.arming_;
-    if (device_.closing_) {
-      --device_.arming_;
-      throw Closed("the knob is being closed; open it again to arm it");
-    }
-    arms_here = &device_;
-    arms_before_ = ++device_.arms_;
-    was_alone_ = device_.arming_ == 1;
-    device_.rested_ = false;
-    device_.told_to_arm_ = true;
-  } else {
-    arms_before_ = device_.arms_;
-    was_alone_ = device_.arming_ == 0;
-  }
-  if (disarms_) ++device_.disarming_;
-}
-
-DeviceState::Order::~Order() {
-  if (arms_) {
-    arms_here = nullptr;
-    --device_.arming_;
-  }
-  if (disarms_) --device_.disarming_;
-}
-
-void DeviceState::Order::taken() {
-  const auto lock = device_.link_.lock();
-  if (device_.link_.is_lost()) return;
-  if (disarms_ && decides()) device_.told_to_arm_ = false;
-}
-
-void DeviceState::Order::refused() {
-  if (arms_ && decides()) device_.told_to_arm_ = false;
-}
-
-bool DeviceState::is_arming() const noexcept { return arming_ > (arms_here == this ? 1 : 0); }
-
-void DeviceState::outlast_arming() const noexcept {
-  for (int i = 0; is_arming() && i < kWaitsForArming; ++i) {
-    std::this_thread::sleep_for(kWaitForArming);
-  }
-}
-
 // News of the device -----------------------------------------------------------------------------
 
 void DeviceState::take(const protocol::Acknowledgement& answer) {
   // The event of the same tick came before, unless it was lost.
   become({state_of(answer.state), static_cast<Owner>(answer.owner), 0, answer.tick},
-         disarming_ > 0 ? DisarmReason::order : DisarmReason::unknown);
+         arming.is_disarming() ? DisarmReason::order : DisarmReason::unknown);
 }
 
 void DeviceState::take(const protocol::Event& event) {
@@ -123,9 +65,9 @@ void DeviceState::take(const protocol::Event& event) {
     reason = DisarmReason::fault;
   } else if (fading_) {
     reason = *fading_;
-  } else if (owner_ == Owner::game && disarming_ == 0) {
+  } else if (owner_ == Owner::game && !arming.is_disarming()) {
     reason = DisarmReason::game_idle;
-  } else if (owner_ == Owner::dial && disarming_ == 0) {
+  } else if (owner_ == Owner::dial && !arming.is_disarming()) {
     reason = DisarmReason::dial_idle;
   }
   become({state, static_cast<Owner>(event.owner), event.faults, event.tick}, reason);
@@ -150,7 +92,6 @@ void DeviceState::note(const protocol::Health& health) {
 }
 
 void DeviceState::lose() {
-  if (drives_) told_to_arm_ = true;
   become({State::disconnected, Owner::none, 0, link_.newest_tick()}, DisarmReason::disconnected);
   tell_event("state_changed", 0, link_.newest_tick());
 }
@@ -177,15 +118,7 @@ void DeviceState::become(const Said& said, DisarmReason why) {
   said_tick_ = said.tick;
   state_ = said.state;
   owner_ = said.owner;
-  note_owner();
-}
-
-/// Nobody takes the actuator from the SDK before it rests: a report that says so is nonsense.
-void DeviceState::note_owner() {
-  const bool is_ours = owner_ == Owner::sdk;
-  if (!is_armed() && arming_ == 0) rested_ = true;
-  drives_ = is_armed() && is_ours;
-  is_others_ = is_armed() && !is_ours && rested_;
+  arming.hear(is_armed(), owner_ == Owner::sdk);
 }
 
 void DeviceState::tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick) {

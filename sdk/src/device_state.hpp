@@ -2,12 +2,12 @@
 /// Knowledge of one device: its state, its actuator's owner, and the torque's last end.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "arming.hpp"
 #include "event_feed.hpp"
 #include "link.hpp"
 #include "protocol/reports.hpp"
@@ -22,15 +22,6 @@ class DeviceState {
   explicit DeviceState(Link& link) : events(!link.time_is_virtual()), link_(link) {}
 
   [[nodiscard]] State state();
-  /// Armed by the SDK, or told to arm with no answered order to disarm since: what came meanwhile
-  /// may be nonsense. False if a game or the dial has it. Takes no lock: the order to disarm waits.
-  [[nodiscard]] bool may_drive() const { return drives_ || (told_to_arm_ && !is_others_); }
-  /// From here on an order to arm throws Closed.
-  void forbid_arming() noexcept { closing_ = true; }
-  /// Another thread gives an order to arm.
-  [[nodiscard]] bool is_arming() const noexcept;
-  /// Waits for such orders, but not for ever.
-  void outlast_arming() const noexcept;
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
   /// Takes over what a health report says.
@@ -39,28 +30,6 @@ class DeviceState {
   std::vector<Event> take_events(std::int64_t timeout_ns);
   /// How the torque went the last time.
   [[nodiscard]] std::optional<Disarm> last_disarm();
-
-  /// An order to arm or disarm while it is under way.
-  class Order {
-   public:
-    Order(DeviceState& device, protocol::Op op);
-    Order(const Order&) = delete;
-    Order& operator=(const Order&) = delete;
-    ~Order();
-    [[nodiscard]] bool disarms() const { return disarms_; }
-    void taken();
-    void refused();
-
-   private:
-    /// No order to arm was under way at its begin or has begun since.
-    [[nodiscard]] bool decides() const { return was_alone_ && device_.arms_ == arms_before_; }
-
-    DeviceState& device_;
-    const bool arms_;
-    const bool disarms_;
-    std::uint64_t arms_before_ = 0;
-    bool was_alone_ = false;
-  };
 
   // With the link's lock held:
   /// Units.
@@ -75,6 +44,7 @@ class DeviceState {
   [[nodiscard]] std::optional<Disarm> disarm_since(std::uint64_t disarms) const;
   [[nodiscard]] std::uint64_t disarms() const { return disarms_; }
 
+  Arming arming;     // takes no lock
   EventFeed events;  // has locks of its own
 
  private:
@@ -88,18 +58,9 @@ class DeviceState {
 
   [[nodiscard]] bool explains(const Said& said, DisarmReason why) const;
   void become(const Said& said, DisarmReason why);
-  void note_owner();
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
 
   Link& link_;
-  std::atomic<int> disarming_{0};         // orders to disarm that are under way
-  std::atomic<int> arming_{0};            // and to arm
-  std::atomic<std::uint64_t> arms_{0};    // orders to arm that have begun
-  std::atomic<bool> closing_{false};      // none may begin
-  std::atomic<bool> drives_{false};       // armed, as last heard of, and the SDK owns it
-  std::atomic<bool> is_others_{false};    // armed, and somebody else does
-  std::atomic<bool> rested_{true};        // disarmed at some time since the last order to arm
-  std::atomic<bool> told_to_arm_{false};  // and no order to disarm was answered since
   protocol::Identity identity_;
   State state_ = State::disarmed;
   Owner owner_ = Owner::none;

@@ -93,7 +93,7 @@ void Requests::say(protocol::ReportBytes report) {
 }
 
 void Requests::order_blindly(protocol::Op op) {
-  DeviceState::Order order(device_, op);
+  Arming::Order order(device_.arming, op);
   protocol::ReportBytes report = protocol::encode(protocol::Command{0, 0, op});
   blind_answered_ = false;
   blind_ = stamp(report);
@@ -108,7 +108,7 @@ void Requests::order_blindly(protocol::Op op) {
     }
   }
   try {
-    if (link_.wait_until([&] { return blind_answered_.load(); }, kLastWordsNs)) order.taken();
+    if (link_.wait_until([&] { return blind_answered_.load(); }, kLastWordsNs)) note_taken(order);
   } catch (...) {  // NOLINT(bugprone-empty-catch): it has the order, or its watchdog ends it
   }
 }
@@ -126,7 +126,7 @@ void Requests::send_while_armed(protocol::ReportBytes report) {
 }
 
 void Requests::command(protocol::Op op) {
-  DeviceState::Order order(device_, op);
+  Arming::Order order(device_.arming, op);
   try {
     request(protocol::Command{0, 0, op});
   } catch (const Refused&) {
@@ -137,7 +137,13 @@ void Requests::command(protocol::Op op) {
     if (order.disarms()) order_blindly(op);
     throw;
   }
-  order.taken();
+  note_taken(order);
+}
+
+/// What a lost device has answered is no matter any more.
+void Requests::note_taken(Arming::Order& order) {
+  const auto lock = link_.lock();
+  if (!link_.is_lost()) order.taken();
 }
 
 void Requests::take(const protocol::Acknowledgement& answer) {

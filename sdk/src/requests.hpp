@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "arming.hpp"
 #include "device_state.hpp"
 #include "link.hpp"
 #include "protocol/codec.hpp"
@@ -83,6 +84,7 @@ class Requests {
   std::uint16_t stamp(protocol::ReportBytes& report);
   std::vector<protocol::Acknowledgement> answers_to(const Expectation& expectation);
   void set_feature(protocol::ReportBytes report);
+  void note_taken(Arming::Order& order);
   static void check_feature(protocol::Verdict verdict, std::uint8_t id);
   [[noreturn]] void throw_stalled(std::uint8_t id);
 

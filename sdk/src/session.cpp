@@ -26,11 +26,11 @@ bool Session::close(bool disarm_first) noexcept {
     return true;
   }
   if (disarm_first) {
-    device.forbid_arming();
-    const bool others_arm = device.is_arming();
+    device.arming.forbid();
+    const bool others_arm = device.arming.is_under_way();
     disarm_quietly();
     if (others_arm) {
-      device.outlast_arming();
+      device.arming.outlast();
       disarm_quietly();
     }
   }
@@ -41,7 +41,7 @@ bool Session::close(bool disarm_first) noexcept {
 }
 
 void Session::disarm_quietly() noexcept {
-  if (!device.may_drive()) return;
+  if (!device.arming.may_drive()) return;
   const Link::Unasked unasked(link);
   const bool was_lost = link.was_lost();
   try {
