@@ -15,8 +15,7 @@
 
 namespace torsio {
 
-/// The link's lock guards it. Every member may be called from any thread; the link's reader calls
-/// those that ask for the lock.
+/// The link's lock guards it. Every member may be called from any thread.
 class DeviceState {
  public:
   explicit DeviceState(Link& link) : events(!link.time_is_virtual()), link_(link) {}
@@ -31,18 +30,18 @@ class DeviceState {
   /// How the torque went the last time.
   [[nodiscard]] std::optional<Disarm> last_disarm();
 
-  // With the link's lock held:
   /// Units.
-  void configure(const protocol::Identity& identity) { identity_ = identity; }
-  void take(const protocol::Acknowledgement& answer);
-  void take(const protocol::Event& event);
+  void configure(const Link::Held&, const protocol::Identity& identity) { identity_ = identity; }
+  void take(const Link::Held& held, const protocol::Acknowledgement& answer);
+  void take(const Link::Held& held, const protocol::Event& event);
   /// The state as telemetry of a tick has it.
-  void take(State state, std::uint64_t tick);
-  void lose();
-  [[nodiscard]] bool is_armed() const { return state_ == State::armed; }
+  void take(const Link::Held& held, State state, std::uint64_t tick);
+  void lose(const Link::Held& held);
+  [[nodiscard]] bool is_armed(const Link::Held&) const { return state_ == State::armed; }
   /// How the torque went the last time, if it did since it had gone `disarms` times.
-  [[nodiscard]] std::optional<Disarm> disarm_since(std::uint64_t disarms) const;
-  [[nodiscard]] std::uint64_t disarms() const { return disarms_; }
+  [[nodiscard]] std::optional<Disarm> disarm_since(const Link::Held& held,
+                                                   std::uint64_t disarms) const;
+  [[nodiscard]] std::uint64_t disarms(const Link::Held&) const { return disarms_; }
 
   Arming arming;     // takes no lock
   EventFeed events;  // has locks of its own
@@ -57,7 +56,7 @@ class DeviceState {
   };
 
   [[nodiscard]] bool explains(const Said& said, DisarmReason why) const;
-  void become(const Said& said, DisarmReason why);
+  void become(const Link::Held& held, const Said& said, DisarmReason why);
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
 
   Link& link_;

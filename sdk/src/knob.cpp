@@ -129,12 +129,10 @@ bool Knob::close() noexcept {
 }
 
 void Knob::disarm_to_close() noexcept {
-  if (impl_ != nullptr && impl_->session.link.is_here()) impl_->disarm_to_close();
+  if (impl_ != nullptr) impl_->disarm_to_close();
 }
 
-bool Knob::is_open() const noexcept {
-  return impl_ != nullptr && impl_->session.link.is_here() && impl_->session.link.is_open();
-}
+bool Knob::is_open() const noexcept { return impl_ != nullptr && impl_->session.link.is_open(); }
 
 DeviceInfo Knob::info() const { return impl().info(); }
 State Knob::state() const { return impl().session.device.state(); }
@@ -320,7 +318,7 @@ Step Steps::wait() {
   const std::int64_t overdue = std::max<std::int64_t>(link.now_ns() - due_ns_, 0) / period_ns_;
   next_.late_steps += static_cast<std::uint64_t>(overdue);
   due_ns_ += overdue * period_ns_;
-  link.sleep_until(due_ns_);
+  link.sleep(std::max<std::int64_t>(due_ns_ - link.now_ns(), 0));
   const Step step{next_.index, 1e-9 * static_cast<double>(due_ns_ - *begin_ns_), next_.late_steps};
   ++next_.index;
   due_ns_ += period_ns_;

@@ -41,12 +41,12 @@ Link::Link(std::unique_ptr<Transport> transport, std::function<bool()> interrupt
 
 void Link::start() {
   if (time_is_virtual()) return;
-  const std::lock_guard lock(mutex_);
+  const Held start = lock();
   reader_ = std::thread([this] {
     read_loop();
     bool lets_go = false;
     {
-      const std::lock_guard end(mutex_);
+      const Held held = lock();
       reads_ = false;
       lets_go = let_go_;
       news_.notify_all();
@@ -61,33 +61,33 @@ Link::~Link() {
 }
 
 void Link::stop() noexcept {
-  std::unique_lock lock(mutex_);
+  Held held = lock();
   stopped_ = true;
   news_.notify_all();
   for (int waits = 0; reads_ && waits < kWaitsForRead; ++waits) {
-    news_.wait_for(lock, kWaitForRead, [&] { return !reads_; });
+    news_.wait_for(held.lock_, kWaitForRead, [&] { return !reads_; });
   }
 }
 
 void Link::let_go() noexcept {
-  std::unique_lock lock(mutex_);
+  Held held = lock();
   if (!reads_) {
-    lock.unlock();
+    held.lock_.unlock();
     transport_->close();
-    lock.lock();
+    held.lock_.lock();
   }
   let_go_ = true;
   news_.notify_all();
 }
 
 bool Link::is_held() const noexcept {
-  const std::lock_guard lock(mutex_);
+  const Held held = lock();
   return reads_;
 }
 
 void Link::wait_until_let_go() noexcept {
-  std::unique_lock lock(mutex_);
-  news_.wait(lock, [&] { return let_go_; });
+  Held held = lock();
+  news_.wait(held.lock_, [&] { return let_go_; });
 }
 
 void Link::throw_unless_here() const {
@@ -95,15 +95,15 @@ void Link::throw_unless_here() const {
   throw Closed("the knob belongs to the process that this one was forked from; open it here");
 }
 
-void Link::throw_if_gone() const {
+void Link::throw_if_gone(const Held&) const {
   if (stopped_) throw Closed("the knob was closed; open it again");
-  if (!lost_.empty()) throw Disconnected(lost_);
+  if (is_lost_) throw Disconnected(why_lost_);
 }
 
 // Time -------------------------------------------------------------------------------------------
 
-bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns) {
-  std::unique_lock lock(mutex_);
+bool Link::wait_until(const std::function<bool(const Held&)>& done, std::int64_t timeout_ns) {
+  Held held = lock();
   const std::int64_t begin_ns = now_ns();
   const std::int64_t deadline_ns =
       begin_ns > 0 && timeout_ns > INT64_MAX - begin_ns ? INT64_MAX : begin_ns + timeout_ns;
@@ -113,8 +113,8 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
   auto moved_at = steady_clock::now();
   while (true) {
     // Arrived reports count even if the device is gone now.
-    if (done()) return true;
-    throw_if_gone();
+    if (done(held)) return true;
+    throw_if_gone(held);
     // To ask a virtual clock takes a lock, so it is asked once a frame.
     const std::int64_t now_ns = transport_->now_ns();
     if (now_ns >= deadline_ns) return false;
@@ -128,21 +128,22 @@ bool Link::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns
     }
 
     if (wall >= ask_at) {
-      lock.unlock();
+      held.lock_.unlock();
       ask_user();
       ask_at = steady_clock::now() + kAskUserEvery;
-      lock.lock();
+      held.lock_.lock();
     } else if (time_is_virtual()) {
-      pass_frame(now_ns, deadline_ns);
+      pass_frame(held, now_ns, deadline_ns);
       ++still_frames;
-      lock.unlock();
+      held.lock_.unlock();
       receiver_.tell();
-      lock.lock();
+      held.lock_.lock();
     } else {
       const auto left = std::chrono::nanoseconds(deadline_ns - now_ns);
-      news_.wait_until(lock, std::min<steady_clock::time_point>(
-                                 ask_at, steady_clock::now() + std::min<std::chrono::nanoseconds>(
-                                                                   left, kAskUserEvery)));
+      news_.wait_until(held.lock_,
+                       std::min<steady_clock::time_point>(
+                           ask_at, steady_clock::now() +
+                                       std::min<std::chrono::nanoseconds>(left, kAskUserEvery)));
     }
   }
 }
@@ -155,44 +156,40 @@ void Link::ask_user() {
 }
 
 void Link::sleep(std::int64_t duration_ns) {
-  wait_until([] { return false; }, duration_ns);
-}
-
-void Link::sleep_until(std::int64_t time_ns) {
-  sleep(std::max<std::int64_t>(time_ns - now_ns(), 0));
+  wait_until([](const Held&) { return false; }, duration_ns);
 }
 
 /// Virtual time: passes from now to the next frame of the cable, but not beyond `limit_ns`. Input
 /// is read and signs of life are sent at frames only. Frames lie at absolute times, so it does not
 /// matter how calls cut the time.
-void Link::pass_frame(std::int64_t now_ns, std::int64_t limit_ns) {
+void Link::pass_frame(const Held& held, std::int64_t now_ns, std::int64_t limit_ns) {
   const std::int64_t frame = now_ns / kFrameNs + 1;
   if (frame * kFrameNs > limit_ns) {
     transport_->advance_to(limit_ns);
     return;
   }
   transport_->advance_to(frame * kFrameNs);
-  take_in_virtual();
+  take_in_virtual(held);
   const std::int64_t keep_alive_frames = std::max<std::int64_t>(keep_alive_ns_ / kFrameNs, 1);
-  if (receiver_.is_armed() && frame % keep_alive_frames == 0 && send_keep_alive()) {
-    log(true, keep_alive_report());
+  if (receiver_.is_armed(held) && frame % keep_alive_frames == 0 && send_keep_alive()) {
+    log(held, true, keep_alive_report());
   }
 }
 
-void Link::take_in_virtual() {
+void Link::take_in_virtual(const Held& held) {
   try {
     protocol::ReportBytes report;
-    for (int n = 0; n < kMostReports && transport_->read(report, 0ns); ++n) take(report);
+    for (int n = 0; n < kMostReports && transport_->read(report, 0ns); ++n) take(held, report);
   } catch (const Interrupted&) {
     throw;  // it is the program that ends here, not the device
   } catch (const std::exception& error) {
-    lose(error.what());
+    lose(held, error.what());
   }
 }
 
-void Link::look() {
-  if (stopped_) throw_if_gone();
-  if (time_is_virtual() && lost_.empty()) take_in_virtual();
+void Link::look(const Held& held) {
+  if (stopped_) throw_if_gone(held);
+  if (time_is_virtual() && !is_lost_) take_in_virtual(held);
 }
 
 // In ---------------------------------------------------------------------------------------------
@@ -206,36 +203,34 @@ void Link::read_loop() {
       const std::chrono::nanoseconds period(keep_alive_ns_);
       const bool got = transport_->read(report, std::min<std::chrono::nanoseconds>(period, 20ms));
       {
-        const std::lock_guard lock(mutex_);
-        if (got) take(report);
-        armed = receiver_.is_armed();
+        const Held held = lock();
+        if (got) take(held, report);
+        armed = receiver_.is_armed(held);
       }
       // Without the lock, which those who are woken want at once.
       if (got) news_.notify_all();
       const auto now = steady_clock::now();
       if (armed && now >= keep_alive_at && send_keep_alive()) {
         keep_alive_at = now + std::chrono::nanoseconds(keep_alive_ns_);
-        const std::lock_guard lock(mutex_);
-        log(true, keep_alive_report());
+        log(lock(), true, keep_alive_report());
       }
     } catch (const std::exception& error) {
-      const std::lock_guard lock(mutex_);
-      lose(error.what());
+      lose(lock(), error.what());
       return;
     }
   }
 }
 
-void Link::take(const protocol::ReportBytes& report) {
-  log(false, report);
-  if (!receiver_.take(report)) ++statistics_.reports_undecodable;
+void Link::take(const Held& held, const protocol::ReportBytes& report) {
+  log(held, false, report);
+  if (!receiver_.take(held, report)) ++statistics_.reports_undecodable;
 }
 
-void Link::lose(const std::string& why) {
-  if (lost_.empty()) {
-    lost_ = why;
-    was_lost_ = true;
-    receiver_.lose();
+void Link::lose(const Held& held, const std::string& why) {
+  if (!is_lost_) {
+    why_lost_ = why;
+    is_lost_ = true;
+    receiver_.lose(held);
   }
   news_.notify_all();
 }
@@ -245,15 +240,11 @@ void Link::lose(const std::string& why) {
 /// Has the transport do something. A thread that finds the device gone tells all.
 template <class Act>
 void Link::on_transport(Act&& act) {
-  {
-    const std::lock_guard lock(mutex_);
-    throw_if_gone();
-  }
+  throw_if_gone(lock());
   try {
     act();
   } catch (const Disconnected& error) {
-    const std::lock_guard lock(mutex_);
-    lose(error.what());
+    lose(lock(), error.what());
     throw;
   }
 }
@@ -270,15 +261,13 @@ void Link::write(const protocol::ReportBytes& report, std::int64_t timeout_ns) {
       }
       sleep(kFrameNs);
     }
-    const std::lock_guard lock(mutex_);
-    log(true, report);
+    log(lock(), true, report);
   });
 }
 
 bool Link::write_blindly(const protocol::ReportBytes& report) {
   if (!transport_->write(report)) return false;
-  const std::lock_guard lock(mutex_);
-  log(true, report);
+  log(lock(), true, report);
   return true;
 }
 
@@ -286,9 +275,7 @@ bool Link::set_feature(const protocol::ReportBytes& report) {
   bool taken = false;
   on_transport([&] {
     taken = transport_->set_feature(report);
-    if (!taken) return;
-    const std::lock_guard lock(mutex_);
-    log(true, report);
+    if (taken) log(lock(), true, report);
   });
   return taken;
 }
@@ -342,13 +329,23 @@ class Link::Tap final : public ReportTap {
 
 std::shared_ptr<ReportTap> Link::tap(bool with_telemetry, std::vector<LoggedReport> begin) {
   auto tap = std::make_shared<Tap>(with_telemetry, std::move(begin));
-  const std::lock_guard lock(mutex_);
+  const Held held = lock();
   taps_.push_back(tap);
   return tap;
 }
 
+void Link::count_samples(const Held&, std::uint64_t received, std::uint64_t lost) {
+  statistics_.samples_received += received;
+  statistics_.samples_lost += lost;
+}
+
+void Link::count_refused_model(const Held&, std::string why) {
+  ++statistics_.local_models_refused;
+  statistics_.last_refusal = std::move(why);
+}
+
 /// Counts a report, and shows it to the taps.
-void Link::log(bool sent, const protocol::ReportBytes& report) {
+void Link::log(const Held&, bool sent, const protocol::ReportBytes& report) {
   ++(sent ? statistics_.reports_sent : statistics_.reports_received);
   std::erase_if(taps_, [](const auto& tap) { return tap.expired(); });
   for (const auto& weak : taps_) {

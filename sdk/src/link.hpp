@@ -30,9 +30,17 @@ inline constexpr std::int64_t kFrameNs = 1'000'000;
 ///
 /// Its one lock guards all that both sides touch, also what the session's other parts know. It is
 /// held neither while the transport writes nor while the user's code is called. Every member may be
-/// called from any thread.
+/// called from any thread; those that ask for Held only with the lock, all others only without.
 class Link {
  public:
+  /// Has the lock while it lives.
+  class Held {
+   private:
+    friend class Link;
+    explicit Held(std::mutex& mutex) : lock_(mutex) {}
+    std::unique_lock<std::mutex> lock_;
+  };
+
   /// Gets what comes.
   class Receiver {
    public:
@@ -41,14 +49,12 @@ class Link {
     Receiver& operator=(const Receiver&) = delete;
     virtual ~Receiver() = default;
 
-    // With the lock held:
     /// @returns false if the report makes no sense
-    virtual bool take(const protocol::ReportBytes& report) = 0;
+    virtual bool take(const Held& held, const protocol::ReportBytes& report) = 0;
     /// The device is gone.
-    virtual void lose() = 0;
+    virtual void lose(const Held& held) = 0;
     /// True while the device waits for signs of life.
-    [[nodiscard]] virtual bool is_armed() const = 0;
-    // Without it:
+    [[nodiscard]] virtual bool is_armed(const Held& held) const = 0;
     /// A frame of virtual time has passed.
     virtual void tell() = 0;
   };
@@ -82,7 +88,7 @@ class Link {
   /// Waits until another thread has let go.
   void wait_until_let_go() noexcept;
 
-  [[nodiscard]] bool is_open() const noexcept { return !stopped_; }
+  [[nodiscard]] bool is_open() const noexcept { return is_here() && !stopped_; }
   /// False in a child that was forked: nothing else of the session may be used or destroyed there.
   [[nodiscard]] bool is_here() const noexcept { return process_.is_this(); }
   void throw_unless_here() const;
@@ -110,45 +116,40 @@ class Link {
   [[nodiscard]] std::int64_t now_ns() const { return transport_->now_ns(); }
   /// Lets time pass.
   void sleep(std::int64_t duration_ns);
-  /// The same, up to a time of now_ns().
-  void sleep_until(std::int64_t time_ns);
-  /// Lets time pass until `done()`, which is called with the lock held.
+  /// Lets time pass until `done()`.
   /// @returns false if the time is over first
   /// @throws Disconnected, Closed, Interrupted
-  bool wait_until(const std::function<bool()>& done, std::int64_t timeout_ns);
+  bool wait_until(const std::function<bool(const Held&)>& done, std::int64_t timeout_ns);
 
   // For the other parts of the session ---------------------------------------------------------
 
-  [[nodiscard]] std::unique_lock<std::mutex> lock() const { return std::unique_lock(mutex_); }
-
-  // With the lock held:
+  [[nodiscard]] Held lock() const { return Held(mutex_); }
+  /// May be asked with the lock and without.
+  [[nodiscard]] bool is_lost() const { return is_lost_; }
   /// Virtual time: takes in what is there, though no time passes. @throws Closed
-  void look();
-  [[nodiscard]] bool is_lost() const { return !lost_.empty(); }
-  // Without it:
-  [[nodiscard]] bool was_lost() const { return was_lost_; }
-  // With it again:
+  void look(const Held& held);
   /// Of all that the device has sent.
-  [[nodiscard]] std::uint64_t newest_tick() const { return newest_tick_; }
-  void note_tick(std::uint64_t tick) { newest_tick_ = tick; }
-  [[nodiscard]] LinkStatistics& statistics() { return statistics_; }
+  [[nodiscard]] std::uint64_t newest_tick(const Held&) const { return newest_tick_; }
+  void note_tick(const Held&, std::uint64_t tick) { newest_tick_ = tick; }
+  void count_samples(const Held&, std::uint64_t received, std::uint64_t lost);
+  void count_refused_model(const Held&, std::string why);
+  [[nodiscard]] const LinkStatistics& statistics(const Held&) const { return statistics_; }
 
  private:
   class Tap;
 
-  void throw_if_gone() const;
-  /// Without the lock.
+  void throw_if_gone(const Held& held) const;
   void ask_user();
   template <class Act>
   void on_transport(Act&& act);
-  void log(bool sent, const protocol::ReportBytes& report);
+  void log(const Held& held, bool sent, const protocol::ReportBytes& report);
   static protocol::ReportBytes keep_alive_report();
   bool send_keep_alive();
-  void pass_frame(std::int64_t now_ns, std::int64_t limit_ns);
-  void take_in_virtual();
+  void pass_frame(const Held& held, std::int64_t now_ns, std::int64_t limit_ns);
+  void take_in_virtual(const Held& held);
   void read_loop();
-  void take(const protocol::ReportBytes& report);
-  void lose(const std::string& why);
+  void take(const Held& held, const protocol::ReportBytes& report);
+  void lose(const Held& held, const std::string& why);
 
   const MakersProcess process_;
   const std::unique_ptr<Transport> transport_;
@@ -156,7 +157,7 @@ class Link {
   Receiver& receiver_;
   std::thread reader_;
   std::atomic<bool> stopped_{false};  // from here on nobody uses it
-  std::atomic<bool> was_lost_{false};
+  std::atomic<bool> is_lost_{false};
   std::atomic<int> unasked_{0};  // calls that do not ask the user
   std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
 
@@ -164,7 +165,7 @@ class Link {
   std::condition_variable news_;
   bool let_go_ = false;
   bool reads_ = false;  // the reader thread runs
-  std::string lost_;    // why the device is gone; empty while it is there
+  std::string why_lost_;
   std::uint64_t newest_tick_ = 0;
   std::vector<std::weak_ptr<Tap>> taps_;
   LinkStatistics statistics_;

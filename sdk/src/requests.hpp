@@ -25,17 +25,15 @@ class Requests {
 
   /// Sends reports in order and waits until each is acknowledged. Their sequence numbers are
   /// filled in.
-  /// @returns the acknowledgements in the same order; they may be refusals
-  /// @throws Timeout, Disconnected, Closed, Interrupted
+  /// @returns the acknowledgements in the same order
+  /// @throws Refused for the first refusal, Timeout, Disconnected, Closed, Interrupted
   std::vector<protocol::Acknowledgement> exchange(std::span<protocol::ReportBytes> reports);
 
-  /// Sends one report and waits. @throws Refused, and as exchange() does
+  /// Sends one report and waits. @throws as exchange() does
   template <class Report>
   protocol::Acknowledgement request(const Report& report) {
     std::array<protocol::ReportBytes, 1> bytes{protocol::encode(report)};
-    const protocol::Acknowledgement answer = exchange(bytes).front();
-    throw_if_refused(answer);
-    return answer;
+    return exchange(bytes).front();
   }
 
   /// Sends a report and gives the device a moment to answer; whether it does is all the same.
@@ -60,19 +58,16 @@ class Requests {
   /// Reads a feature report as it is. @throws as get() does
   protocol::ReportBytes get_feature(std::uint8_t id);
 
-  /// Sets a feature report and waits for its acknowledgement. @throws Refused, as exchange() does
+  /// Sets a feature report and waits for its acknowledgement. @throws as exchange() does
   template <class Report>
   void set(const Report& report) {
     set_feature(protocol::encode(report));
   }
 
-  /// Gives an order and waits. @throws Refused, and as exchange() does
+  /// Gives an order and waits. @throws as exchange() does
   void command(protocol::Op op);
 
-  void throw_if_refused(const protocol::Acknowledgement& answer);
-
-  /// With the link's lock held.
-  void take(const protocol::Acknowledgement& answer);
+  void take(const Link::Held& held, const protocol::Acknowledgement& answer);
 
  private:
   struct Pending {
@@ -83,6 +78,7 @@ class Requests {
 
   std::uint16_t stamp(protocol::ReportBytes& report);
   std::vector<protocol::Acknowledgement> answers_to(const Expectation& expectation);
+  void throw_if_refused(const protocol::Acknowledgement& answer);
   void set_feature(protocol::ReportBytes report);
   void note_taken(Arming::Order& order);
   static void check_feature(protocol::Verdict verdict, std::uint8_t id);

@@ -12,13 +12,13 @@
 namespace torsio {
 
 void SampleFeed::set_position(std::int64_t counts) {
-  const auto lock = link_.lock();
+  const Link::Held held = link_.lock();
   decoder_.set_position(counts);
 }
 
 void SampleFeed::stream(std::uint8_t decimation, bool prompt) {
   {
-    const auto lock = link_.lock();
+    const Link::Held held = link_.lock();
     stream_starts_ = decimation != 0;
   }
   requests_.request(
@@ -34,15 +34,15 @@ void SampleFeed::stop_quietly() noexcept {
 }
 
 std::optional<TelemetrySample> SampleFeed::latest(std::int64_t timeout_ns) {
-  link_.wait_until([&] { return latest_.has_value(); }, timeout_ns);
-  const auto lock = link_.lock();
+  link_.wait_until([&](const Link::Held&) { return latest_.has_value(); }, timeout_ns);
+  const Link::Held held = link_.lock();
   return latest_;
 }
 
 std::size_t SampleFeed::read(std::span<TelemetrySample> out, std::int64_t timeout_ns) {
   std::size_t count = 0;
   link_.wait_until(
-      [&] {
+      [&](const Link::Held&) {
         count = ring_.pop(out);
         return count > 0 || out.empty();
       },
@@ -50,26 +50,28 @@ std::size_t SampleFeed::read(std::span<TelemetrySample> out, std::int64_t timeou
   return count;
 }
 
-void SampleFeed::take(const protocol::Telemetry& report) {
+void SampleFeed::take(const Link::Held& held, const protocol::Telemetry& report) {
   const std::uint64_t samples = protocol::samples_of(report.axis_samples);
   const std::uint64_t last_tick = report.tick + report.decimation * (samples - 1);
   if (last_tick < stream_from_tick_) return;
-  LinkStatistics& statistics = link_.statistics();
+  std::uint64_t received = 0;
+  std::uint64_t unread = 0;
   const auto take = [&](const TelemetrySample& sample) {
     if (sample.tick < stream_from_tick_) return;
     // A recording loses nothing.
     bool taken = false;
-    for (Listener* listener : listeners_) taken |= listener->take(sample);
-    if (!ring_.push(sample) && !taken) ++statistics.samples_lost;
-    ++statistics.samples_received;
+    for (Listener* listener : listeners_) taken |= listener->take(held, sample);
+    if (!ring_.push(sample) && !taken) ++unread;
+    ++received;
     if (sample.tick == last_tick) latest_ = sample;
-    link_.note_tick(sample.tick);
+    link_.note_tick(held, sample.tick);
   };
-  statistics.samples_lost += decoder_.decode(report, take);
-  device_.take(static_cast<State>(report.flags & protocol::flag::state_mask), last_tick);
+  const std::uint64_t missing = decoder_.decode(report, take);
+  link_.count_samples(held, received, missing + unread);
+  device_.take(held, static_cast<State>(report.flags & protocol::flag::state_mask), last_tick);
 }
 
-void SampleFeed::take(const protocol::Acknowledgement& answer) {
+void SampleFeed::take(const Link::Held&, const protocol::Acknowledgement& answer) {
   if (answer.report != protocol::Layout<protocol::Stream>::id || answer.status != 0) return;
   if (!std::exchange(stream_starts_, false)) return;
   // Here and not where somebody waits for it: the first samples may be right behind.
@@ -81,22 +83,21 @@ void SampleFeed::take(const protocol::Acknowledgement& answer) {
 
 SampleFeed::Listener::Listener(SampleFeed& feed, TelemetryRecord& into)
     : feed_(feed), into_(into), had_(into.size()) {
-  const auto lock = feed_.link_.lock();
-  disarms_before_ = feed_.device_.disarms();
+  const Link::Held held = feed_.link_.lock();
+  disarms_before_ = feed_.device_.disarms(held);
   feed_.listeners_.push_back(this);
 }
 
 SampleFeed::Listener::~Listener() {
-  const auto lock = feed_.link_.lock();
+  const Link::Held held = feed_.link_.lock();
   std::erase(feed_.listeners_, this);
   // Samples from before the start was known.
   if (end_tick_ == UINT64_MAX)
     into_.erase(into_.begin() + static_cast<std::ptrdiff_t>(had_), into_.end());
 }
 
-/// @returns false if the sample does not belong to it. With the link's lock held, maybe in the
-/// reading thread.
-bool SampleFeed::Listener::take(const TelemetrySample& sample) {
+/// @returns false if the sample does not belong to it
+bool SampleFeed::Listener::take(const Link::Held&, const TelemetrySample& sample) {
   received_until_tick_ = sample.tick + 1;
   if (sample.tick < first_tick_ || sample.tick >= end_tick_) return false;
   try {
@@ -108,7 +109,7 @@ bool SampleFeed::Listener::take(const TelemetrySample& sample) {
 }
 
 void SampleFeed::Listener::begin(std::uint64_t first_tick, std::uint64_t end_tick) {
-  const auto lock = feed_.link_.lock();
+  const Link::Held held = feed_.link_.lock();
   first_tick_ = first_tick;
   end_tick_ = end_tick;
   into_.erase(std::remove_if(into_.begin() + static_cast<std::ptrdiff_t>(had_), into_.end(),
@@ -125,7 +126,7 @@ void SampleFeed::Listener::throw_disarmed(const Disarm& disarm) const {
 }
 
 /// Read once is read.
-void SampleFeed::Listener::take_what_was_read() {
+void SampleFeed::Listener::take_what_was_read(const Link::Held&) {
   TelemetrySample read{};
   while (feed_.ring_.size() > 0 && feed_.ring_.front().tick < end_tick_) {
     feed_.ring_.pop({&read, 1});
@@ -136,19 +137,19 @@ void SampleFeed::Listener::take_what_was_read() {
 void SampleFeed::Listener::run(std::uint64_t first_tick, std::uint64_t end_tick,
                                std::int64_t silence_ns, bool must_stay_armed) {
   begin(first_tick, end_tick);
-  const auto fallen = [&] {
-    return must_stay_armed ? feed_.device_.disarm_since(disarms_before_) : std::nullopt;
+  const auto fallen = [&](const Link::Held& held) {
+    return must_stay_armed ? feed_.device_.disarm_since(held, disarms_before_) : std::nullopt;
   };
   // No sample of the span comes any more once the next one would lie behind it.
-  const auto done = [&] {
-    return failure_ != nullptr || fallen() ||
+  const auto done = [&](const Link::Held& held) {
+    return failure_ != nullptr || fallen(held) ||
            received_until_tick_ + feed_.decoder_.decimation() > end_tick_;
   };
   // As long as samples come, the device is alive, however slow its world: a paced one on a busy
   // machine falls behind the wall clock.
   std::uint64_t known_until_tick = 0;
   while (!feed_.link_.wait_until(done, silence_ns)) {
-    const auto lock = feed_.link_.lock();
+    const Link::Held held = feed_.link_.lock();
     if (received_until_tick_ > known_until_tick) {
       known_until_tick = received_until_tick_;
       continue;
@@ -156,15 +157,15 @@ void SampleFeed::Listener::run(std::uint64_t first_tick, std::uint64_t end_tick,
     throw Timeout("telemetry dried up: " + std::to_string(into_.size() - had_) +
                   " samples came, then nothing more; does another program use the device?");
   }
-  const auto lock = feed_.link_.lock();
+  const Link::Held held = feed_.link_.lock();
   if (failure_ != nullptr) std::rethrow_exception(failure_);
-  if (const auto disarm = fallen()) throw_disarmed(*disarm);
-  take_what_was_read();
+  if (const auto disarm = fallen(held)) throw_disarmed(*disarm);
+  take_what_was_read(held);
 }
 
 std::optional<Disarm> SampleFeed::Listener::disarmed() const {
-  const auto lock = feed_.link_.lock();
-  return feed_.device_.disarm_since(disarms_before_);
+  const Link::Held held = feed_.link_.lock();
+  return feed_.device_.disarm_since(held, disarms_before_);
 }
 
 }  // namespace torsio

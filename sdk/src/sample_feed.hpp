@@ -21,8 +21,7 @@ namespace torsio {
 
 struct TelemetryRecord;
 
-/// The link's lock guards it. Every member may be called from any thread; the link's reader calls
-/// those that ask for the lock.
+/// The link's lock guards it. Every member may be called from any thread.
 class SampleFeed {
  public:
   SampleFeed(Link& link, DeviceState& device, Requests& requests, std::size_t ring_samples)
@@ -60,10 +59,10 @@ class SampleFeed {
 
    private:
     friend class SampleFeed;
-    bool take(const TelemetrySample& sample);
+    bool take(const Link::Held& held, const TelemetrySample& sample);
     void begin(std::uint64_t first_tick, std::uint64_t end_tick);
     [[noreturn]] void throw_disarmed(const Disarm& disarm) const;
-    void take_what_was_read();
+    void take_what_was_read(const Link::Held& held);
 
     SampleFeed& feed_;
     TelemetryRecord& into_;
@@ -75,11 +74,12 @@ class SampleFeed {
     std::exception_ptr failure_;
   };
 
-  // With the link's lock held:
   /// Units.
-  void configure(const protocol::Identity& identity) { decoder_.configure(identity); }
-  void take(const protocol::Telemetry& report);
-  void take(const protocol::Acknowledgement& answer);
+  void configure(const Link::Held&, const protocol::Identity& identity) {
+    decoder_.configure(identity);
+  }
+  void take(const Link::Held& held, const protocol::Telemetry& report);
+  void take(const Link::Held& held, const protocol::Acknowledgement& answer);
 
  private:
   Link& link_;

@@ -35,9 +35,7 @@ std::vector<protocol::ReportBytes> ScenePlayer::take_differing(
 void ScenePlayer::play(const conversion::EncodedScene& scene) {
   const std::lock_guard lock(mutex_);
   std::vector<protocol::ReportBytes> reports = take_differing(scene);
-  for (const protocol::Acknowledgement& answer : requests_.exchange(reports)) {
-    requests_.throw_if_refused(answer);
-  }
+  requests_.exchange(reports);
 
   const auto active = static_cast<std::uint16_t>((1U << scene.slots.size()) - 1U);
   const protocol::Commit commit{0, 0, active};

@@ -43,7 +43,7 @@ bool Session::close(bool disarm_first) noexcept {
 void Session::disarm_quietly() noexcept {
   if (!device.arming.may_drive()) return;
   const Link::Unasked unasked(link);
-  const bool was_lost = link.was_lost();
+  const bool was_lost = link.is_lost();
   try {
     requests.order_blindly(protocol::Op::disarm);
     untold_ = false;
@@ -55,22 +55,21 @@ void Session::disarm_quietly() noexcept {
 }
 
 void Session::set_identity(const protocol::Identity& identity) {
-  const auto lock = link.lock();
-  device.configure(identity);
-  samples.configure(identity);
+  const Link::Held held = link.lock();
+  device.configure(held, identity);
+  samples.configure(held, identity);
 }
 
 LinkStatistics Session::statistics() {
-  const auto lock = link.lock();
-  LinkStatistics statistics = link.statistics();
+  LinkStatistics statistics = link.statistics(link.lock());
   statistics.events_lost = device.events.lost();
   return statistics;
 }
 
-bool Session::take(const protocol::ReportBytes& report) {
+bool Session::take(const Link::Held& held, const protocol::ReportBytes& report) {
   const auto understood = [&]<class Report>(Report content) {
     if (!protocol::decode(report, content).ok()) return false;
-    hear(content);
+    hear(held, content);
     return true;
   };
   switch (report[0]) {
@@ -85,16 +84,16 @@ bool Session::take(const protocol::ReportBytes& report) {
   }
 }
 
-void Session::hear(const protocol::Acknowledgement& answer) {
-  link.note_tick(answer.tick);
-  device.take(answer);
-  samples.take(answer);
-  requests.take(answer);
+void Session::hear(const Link::Held& held, const protocol::Acknowledgement& answer) {
+  link.note_tick(held, answer.tick);
+  device.take(held, answer);
+  samples.take(held, answer);
+  requests.take(held, answer);
 }
 
-void Session::hear(const protocol::Event& event) {
-  link.note_tick(event.tick);
-  device.take(event);
+void Session::hear(const Link::Held& held, const protocol::Event& event) {
+  link.note_tick(held, event.tick);
+  device.take(held, event);
 }
 
 }  // namespace torsio
