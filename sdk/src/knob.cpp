@@ -80,12 +80,17 @@ SessionOptions session_options(const OpenOptions& options) {
 }  // namespace
 
 Knob::Impl::Impl(Connection connection, const OpenOptions& options)
-    : identity_(identify(*connection.transport)),
-      info_(describe(identity_, connection)),
-      session(std::move(connection.transport), session_options(options)),
+    : Impl(identify(*connection.transport), connection, options) {}
+
+Knob::Impl::Impl(const protocol::Identity& identity, Connection& connection,
+                 const OpenOptions& options)
+    : session(std::move(connection.transport), session_options(options)),
       player(session.link, session.requests),
       telemetry(session.device, session.requests, session.samples,
-                session_options(options).command_timeout_ns) {
+                session_options(options).command_timeout_ns),
+      warnings(session.requests, identity.control_period_ns),
+      identity_(identity),
+      info_(describe(identity, connection)) {
   if (connection.make_emulator) emulator = connection.make_emulator(session.link);
   session.set_identity(identity_);
   telemetry.set_control_period(identity_.control_period_ns);

@@ -2,13 +2,11 @@
 /// The parts of a Knob.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -17,11 +15,11 @@
 #include "connection.hpp"
 #include "conversion/configuration.hpp"
 #include "conversion/reading.hpp"
-#include "conversion/swings.hpp"
 #include "conversion/wire_types.hpp"
 #include "known_boards.hpp"
 #include "scene_player.hpp"
 #include "session.hpp"
+#include "swing_warnings.hpp"
 #include "telemetry_stream.hpp"
 #include "torsio/knob.hpp"
 
@@ -44,35 +42,14 @@ class Knob::Impl {
     player.play(encoded);
     std::vector<protocol::ReportBytes> reports = encoded.pieces;
     for (const auto& slot : encoded.slots) reports.push_back(slot.report);
-    keep_scene(reports);
-    return swing_warning(reports);
-  }
-
-  void keep_scene(std::vector<protocol::ReportBytes> reports) {
-    const std::lock_guard lock(swings_mutex_);
-    scene_ = std::move(reports);
-    streamed_ = {};
+    warnings.keep(reports);
+    return warnings.of_all(reports);
   }
 
   std::string stream(const LocalModel& model) {
     const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
     session.requests.send_while_armed(report);
-    std::vector<protocol::ReportBytes> reports;
-    {
-      const std::lock_guard lock(swings_mutex_);
-      // Sent a thousand times a second, and looked at when it is more than it was.
-      if (model.stiffness_nm_per_rad <= streamed_.stiffness_nm_per_rad &&
-          model.damping_nm_s_per_rad <= streamed_.damping_nm_s_per_rad) {
-        return {};
-      }
-      streamed_.stiffness_nm_per_rad =
-          std::max(streamed_.stiffness_nm_per_rad, model.stiffness_nm_per_rad);
-      streamed_.damping_nm_s_per_rad =
-          std::max(streamed_.damping_nm_s_per_rad, model.damping_nm_s_per_rad);
-      reports = scene_;
-    }
-    reports.push_back(report);
-    return swing_warning(reports);
+    return warnings.of(model, report);
   }
 
   [[nodiscard]] protocol::Identity identity() const {
@@ -159,10 +136,7 @@ class Knob::Impl {
     }
     session.set_identity(identity);
     note(session.requests.get<protocol::ControlConfig>());
-    {
-      const std::lock_guard lock(swings_mutex_);
-      configs_.reset();
-    }
+    warnings.forget_configurations();
     if (had_other_counts) {
       forget_scene();
     } else {
@@ -172,7 +146,7 @@ class Knob::Impl {
 
   void forget_scene() {
     player.forget_playing();
-    keep_scene({});
+    warnings.keep({});
   }
 
   bool close() noexcept { return session.close(!autonomous_); }
@@ -180,51 +154,19 @@ class Knob::Impl {
     if (!autonomous_ && session.link.is_open()) session.disarm_quietly();
   }
 
+  Session session;
+  ScenePlayer player;
+  TelemetryStream telemetry;
+  SwingWarnings warnings;
+  std::unique_ptr<Emulator> emulator;
+
  private:
+  Impl(const protocol::Identity& identity, Connection& connection, const OpenOptions& options);
+
   mutable std::mutex mutex_;  // guards the next two
   protocol::Identity identity_;
   DeviceInfo info_;
   std::atomic<bool> autonomous_{false};
-
-  std::string swing_warning(const std::vector<protocol::ReportBytes>& reports) {
-    std::shared_ptr<Configs> configs;
-    {
-      const std::lock_guard lock(swings_mutex_);
-      configs = configs_;
-    }
-    if (!configs) {
-      try {
-        configs = std::make_shared<Configs>(session.requests.get<protocol::ActuatorConfig>(),
-                                            session.requests.get<protocol::ControlConfig>());
-      } catch (const Interrupted&) {
-        throw;
-      } catch (const Error&) {  // the scene plays; what cannot be judged is no failure of it
-        return {};
-      }
-      const std::lock_guard lock(swings_mutex_);
-      configs_ = configs;
-    }
-    return conversion::swing_warning(reports, configs->actuator, configs->control,
-                                     identity().control_period_ns, configs->rests_nm_per_rad);
-  }
-
-  struct Configs {
-    Configs(const protocol::ActuatorConfig& actuator_in, const protocol::ControlConfig& control_in)
-        : actuator(actuator_in), control(control_in) {}
-    protocol::ActuatorConfig actuator;
-    protocol::ControlConfig control;
-    std::atomic<double> rests_nm_per_rad{-1.0};  // see conversion::swing_warning()
-  };
-  std::mutex swings_mutex_;  // guards the next three, and is not held while the device is asked
-  std::shared_ptr<Configs> configs_;
-  std::vector<protocol::ReportBytes> scene_;
-  LocalModel streamed_;  // most stiffness and damping since the scene began
-
- public:
-  Session session;
-  ScenePlayer player;
-  TelemetryStream telemetry;
-  std::unique_ptr<Emulator> emulator;
 };
 
 }  // namespace torsio
