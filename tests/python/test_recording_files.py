@@ -24,8 +24,8 @@ from mcap.writer import CompressionType, Writer
 import torsio
 from tests.faults.lines import Injection
 from tests.python.processes import TORSIO, command
-from torsio.recordings.file import RecordingFile
 from torsio.recordings.stream import Claim
+from torsio.recordings.writing import FileWriter
 from torsio.trading.sources import options_of
 
 
@@ -42,7 +42,7 @@ def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path)
         for _ in range(3):
             knob.sleep(0.5)
             # As after a second; this knob's clock runs faster than the wall's.
-            recording.put(lambda _: recording._writer.flush(), [None])
+            recording.put(lambda _: recording.writer._mcap.flush(), [None])
     whole = file.read_bytes()
     sizes = set()
     # The last eight bytes are the format's closing mark, without which all is there.
@@ -66,7 +66,7 @@ def test_damaged_chunk_costs_no_other(knob: torsio.Knob, tmp_path: Path) -> None
     with knob.record_to(file) as recording:
         for _ in range(4):
             knob.sleep(0.5)
-            recording.put(lambda _: recording._writer.flush(), [None])
+            recording.put(lambda _: recording.writer._mcap.flush(), [None])
     whole = file.read_bytes()
     all_ticks = torsio.load(file).telemetry["tick"]
     with file.open("rb") as stream:
@@ -353,8 +353,8 @@ def test_child_forked_while_a_file_is_begun_may_begin_another(
         may_end.wait()
         real(*given)
 
-    real, begun, may_end = RecordingFile._begin, threading.Event(), threading.Event()
-    monkeypatch.setattr(RecordingFile, "_begin", begin)
+    real, begun, may_end = FileWriter._begin, threading.Event(), threading.Event()
+    monkeypatch.setattr(FileWriter, "_begin", begin)
     thread = threading.Thread(target=knob.record_to, args=[tmp_path / "parent.mcap"])
     thread.start()
     begun.wait()
@@ -385,7 +385,7 @@ def test_small_file_with_a_long_gap_is_not_replayed(tmp_path: Path) -> None:
         knob.read(timeout_s=0.0)
         later["tick"] += np.uint64(400_000_000)
         later["time_s"] += 400_000.0
-        recording.put(recording.write, [later])
+        recording.put(recording.writer.write, [later])
     with pytest.raises(torsio.Error, match=r"400,\d+,\d+ ticks from \d+ samples"):
         torsio.replay(file)
     with pytest.raises(torsio.Error, match="more than an hour"):

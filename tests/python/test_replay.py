@@ -158,7 +158,7 @@ def test_torn_recording_is_the_same_as_far_as_its_inputs_reach(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Each message goes to the disk alone, so that the file may be torn behind any of them.
-    monkeypatch.setattr("torsio.recordings.file._FLUSH_S", -1.0)
+    monkeypatch.setattr("torsio.recordings.writing._FLUSH_S", -1.0)
     file = tmp_path / "x.mcap"
     options = _options(log_inputs=True)
     with torsio.open("emulated", emulator=options) as knob, knob.record_to(file):

@@ -20,7 +20,7 @@ import torsio
 from tests.faults.knobs import Device, device
 from tests.python.test_disk_full import full_disk
 from torsio.calibration import calibrate
-from torsio.recordings.file import wait_for_all
+from torsio.recordings.writing import wait_for_all
 
 FULL = r"large|space"
 SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
@@ -102,7 +102,7 @@ def test_samples_outlive_a_full_disk_and_a_warning_that_is_an_error(
     for take in takes:
         with full_disk(), knob.record_to(tmp_path / "full.mcap") as recording:
             fill_a_little(recording)
-            recording.put(lambda _: recording._writer.flush(), [None])
+            recording.put(lambda _: recording.writer._mcap.flush(), [None])
             while recording.is_open:
                 pass
             with pytest.raises(OSError, match=FULL) as told:

@@ -39,7 +39,8 @@ from torsio.printed.told import (
     MotorCurrent,
     State,
 )
-from torsio.recordings.file import RecordingFile, wait_for_all
+from torsio.recordings.file import RecordingFile
+from torsio.recordings.writing import wait_for_all
 
 __all__ = ["Knob", "need_knob"]
 

@@ -112,7 +112,7 @@ class KnobRecording:
                 self._tap = tap
                 self._file = RecordingFile(path, metadata, self, lost)
                 self.__class__ = _UnderWay
-                self._file.put(self._file.write_reports, [begun])
+                self._file.put(self._file.writer.write_reports, [begun])
                 if any(content[0] == _COMMIT for _, sent, content in begun if sent):
                     self._file.note_order("playing", scene=self._scene)
                 # What came before is not in it.
@@ -179,7 +179,7 @@ class KnobRecording:
         if before is not None and before[:2] == (rate_hz, prompt):
             return before[2]
         if before is not None and self._file is not None:
-            self._file.put(self._file.write_restart, [before[2]])
+            self._file.put(self._file.writer.write_restart, [before[2]])
         self._stream = rate_hz, prompt, self._knob.start_telemetry(rate_hz, prompt)
         return self._stream[2]
 
@@ -246,23 +246,23 @@ class KnobRecording:
             if self._time_waits:
                 self._file.wait_for_room(received)
             elif not self._file.has_room(received):
-                self._file.put(self._file.write_missed, map(len, map(call, *zip(given))))
+                self._file.put(self._file.writer.write_missed, map(len, map(call, *zip(given))))
                 return
-            self._file.put(self._file.write, map(call, *zip(given)))
+            self._file.put(self._file.writer.write, map(call, *zip(given)))
             return
         call(*given)
 
     def _keep_early(self, samples: Record) -> None:
         """Write what a recording had that ended early. It can still be read, but not written."""
         if self._file is not None and len(samples):
-            self._file.put(self._file.hold_early, [samples])
+            self._file.put(self._file.writer.hold_early, [samples])
 
     def _keep_rest(self, samples: Record) -> None:
         """Write down what else has come meanwhile."""
         if self._file is None:
             return
         if self._file.is_open:
-            self._file.put(self._file.write_lost, [self._knob.statistics()["samples_lost"]])
+            self._file.put(self._file.writer.write_lost, [self._knob.statistics()["samples_lost"]])
             self._keep_reports()
             if len(samples):
                 self._clock.hear(float(samples["time_s"][-1]))
@@ -271,9 +271,9 @@ class KnobRecording:
 
     def _keep_reports(self) -> None:
         if self._file is not None and self._tap is not None:
-            self._take(self._file.write_reports, _torsio.ReportTap.take, self._tap)
+            self._take(self._file.writer.write_reports, _torsio.ReportTap.take, self._tap)
             if self._logs_inputs:
-                self._take(self._file.write_inputs, _torsio.Knob.inputs, self._knob)
+                self._take(self._file.writer.write_inputs, _torsio.Knob.inputs, self._knob)
 
     def _keep_energies(self, now_s: float) -> None:
         """Ask for them, unless that was a moment ago. Without an answer write nothing down."""
@@ -283,14 +283,14 @@ class KnobRecording:
         with suppress(Error):
             energies = Energies(**self._knob.energies())
             if energies.kept:
-                self._file.put(self._file.write_energies, [energies])
+                self._file.put(self._file.writer.write_energies, [energies])
 
     def take_rest(self) -> None:
         """Write down what is left, before the file ends."""
         try:
             self.drain()
             if self._file is not None:
-                self._file.put(self._file.write_early, [None])
+                self._file.put(self._file.writer.write_early, [None])
             self._keep_energies(math.inf)
         except Error as error:
             self.note("lost", why=str(error))

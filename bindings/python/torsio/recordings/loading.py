@@ -24,7 +24,9 @@ from torsio.common.whole_file import beside
 from torsio.errors import Error, InvalidArgument
 from torsio.printed.emulator_options import DeviceInput
 from torsio.printed.told import Energies
-from torsio.recordings.file import COLUMNS, ENERGIES, TOPICS, LoggedReport, RecordingFile, missing
+from torsio.recordings.file import RecordingFile
+from torsio.recordings.messages import COLUMNS, ENERGIES, TOPICS, LoggedReport
+from torsio.recordings.writing import missing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
 if TYPE_CHECKING:
