@@ -74,19 +74,25 @@ def read_elf(elf: bytes) -> dict[int, bytes]:
         raise FormatError("the file is cut off")
     pages: dict[int, bytearray] = {}
     for n in range(count):
-        kind, start, _, address, length, *_ = _PROGRAM_HEADER.unpack_from(elf, offset + n * size)
-        if kind != 1 or length == 0:
-            continue
-        if address not in FLASH or address + length not in FLASH:
-            raise FormatError(f"a segment at {address:#x} is not in the flash")
-        if start + length > len(elf):
-            raise FormatError("the file is cut off")
-        for at in range(length):
-            page, place = divmod(address + at, PAYLOAD)
-            pages.setdefault(page * PAYLOAD, bytearray(PAYLOAD))[place] = elf[start + at]
+        address, segment = _segment(elf, offset + n * size)
+        for at, byte in enumerate(segment, address):
+            page, place = divmod(at, PAYLOAD)
+            pages.setdefault(page * PAYLOAD, bytearray(PAYLOAD))[place] = byte
     if not pages:
         raise FormatError("nothing to load")
     return {address: bytes(pages[address]) for address in sorted(pages)}
+
+
+def _segment(elf: bytes, header: int) -> tuple[int, bytes]:
+    """Return a segment's address and contents; none if it is not loaded."""
+    kind, start, _, address, length, *_ = _PROGRAM_HEADER.unpack_from(elf, header)
+    if kind != 1 or length == 0:
+        return address, b""
+    if address not in FLASH or address + length not in FLASH:
+        raise FormatError(f"a segment at {address:#x} is not in the flash")
+    if start + length > len(elf):
+        raise FormatError("the file is cut off")
+    return address, elf[start : start + length]
 
 
 def seal(pages: dict[int, bytes]) -> dict[int, bytes]:

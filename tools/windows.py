@@ -92,6 +92,19 @@ def run_c_example() -> None:
         raise RuntimeError("the example in C did not feel its wall under Wine")
 
 
+def fault_of(layer: str) -> str:
+    """Run a layer's tests; return what is wrong, or nothing."""
+    program = next((BUILD / "cmake/tests/cpp").glob(f"torsio_{layer}_tests.exe"))
+    print(f"torsio: {layer} under Wine", flush=True)
+    try:
+        told = run("wine", program, "--no-colors=true", "--no-skip", show=True)
+    except RuntimeError as error:
+        return f"{layer}: {error}"
+    if not re.search(r"test cases:\s+[1-9]\d* \|\s+\d+ passed \| 0 failed", told):
+        return f"{layer}: did not say that its tests passed"
+    return ""
+
+
 def main(arguments: Sequence[str]) -> int:
     """Build and run; return 1 if anything fails."""
     if arguments[:1] == ["python"]:
@@ -105,20 +118,11 @@ def main(arguments: Sequence[str]) -> int:
         print(f"torsio: error: no layer {unknown[0]}; there are {' '.join(LAYERS)}")
         return 2
     layers = arguments or LAYERS
-    failed = []
+    failed: list[str] = []
     try:
         print("torsio: C++ (Windows): building", flush=True)
         build(layers)
-        for layer in layers:
-            program = next((BUILD / "cmake/tests/cpp").glob(f"torsio_{layer}_tests.exe"))
-            print(f"torsio: {layer} under Wine", flush=True)
-            try:
-                told = run("wine", program, "--no-colors=true", "--no-skip", show=True)
-            except RuntimeError as error:
-                failed.append(f"{layer}: {error}")
-                continue
-            if not re.search(r"test cases:\s+[1-9]\d* \|\s+\d+ passed \| 0 failed", told):
-                failed.append(f"{layer}: did not say that its tests passed")
+        failed += filter(None, map(fault_of, layers))
         run_c_example()
     except RuntimeError as error:
         failed.append(str(error))

@@ -71,23 +71,31 @@ def _default(field: Field) -> Any:
     return _bound(default, field.wire)
 
 
+def _on_wire(of: Field) -> dict[str, Any]:
+    if not of.wire:
+        return {}
+    out: dict[str, Any] = {"wire": of.name_on_wire}
+    if isinstance(of.of, Structure):
+        out["fields"] = [field(f) for f in of.of.fields]
+    else:
+        out["type"] = "u8" if isinstance(of.of, Enumeration) else of.wire
+    if of.count != 1:
+        out["count"] = int(value_of(of.count))
+    return out
+
+
+def _allowed(of: Field) -> dict[str, Any]:
+    if isinstance(of.of, Enumeration):
+        out = {"enumeration": of.of.name, "values": values(of.of)}
+        return out | ({"open": True} if of.of.open else {})
+    if of.low is None or of.high is None:
+        return {}
+    return {"low": _bound(of.low, of.wire), "high": _bound(of.high, of.wire)}
+
+
 def field(of: Field) -> dict[str, Any]:
     """Describe a field: how it travels, and what a person is shown of it."""
-    out: dict[str, Any] = {"name": of.name, "kind": of.kind, "doc": of.doc}
-    if of.wire:
-        out["wire"] = of.name_on_wire
-        if isinstance(of.of, Structure):
-            out["fields"] = [field(f) for f in of.of.fields]
-        else:
-            out["type"] = "u8" if isinstance(of.of, Enumeration) else of.wire
-        if of.count != 1:
-            out["count"] = int(value_of(of.count))
-    if isinstance(of.of, Enumeration):
-        out["enumeration"], out["values"] = of.of.name, values(of.of)
-        if of.of.open:
-            out["open"] = True
-    elif of.low is not None and of.high is not None:
-        out["low"], out["high"] = _bound(of.low, of.wire), _bound(of.high, of.wire)
+    out = {"name": of.name, "kind": of.kind, "doc": of.doc, **_on_wire(of), **_allowed(of)}
     if of.unit:
         out["unit"] = of.unit
     if _default(of) is not None:

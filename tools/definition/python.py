@@ -77,30 +77,33 @@ def _default(field: Field, told: bool) -> str:
     return f" = {default!r}"
 
 
+# By the kind of a field: what its class asks of a value, and what it asks of a plain value too.
+_ASKED = {
+    "hand": 'checks.kind("{name}", {own}, {of}, "a torsio.{of}")\n',
+    "group": 'checks.kind("{name}", {own}, {of}, "a torsio.{of}")\n',
+    "optional": 'if {own} is not None:\n    checks.kind("{name}", {own}, {of}, "{of} or None")\n',
+    "function": 'checks.function("{name}", {own})\n',
+    "numbers": 'object.__setattr__(self, "{name}", checks.numbers("{name}", {own}))\n',
+    "profile": 'object.__setattr__(self, "{name}", checks.knots("{name}", {own}))\n',
+}
+_ASKED_OF_PLAIN = {
+    "number": 'checks.number("{name}", {own})\n',
+    "switch": 'checks.flag("{name}", {own})\n',
+    "text": 'checks.text("{name}", {own})\n',
+    "whole": 'checks.whole("{name}", {own}, {low}, {high})\n',
+}
+
+
 def _checks(field: Field, *, all_kinds: bool = False) -> str:
     """Write what the class asks of a value when it is made; ranges are asked when it is used."""
-    name, own = field.name, f"self.{field.name}"
-    if all_kinds and field.kind in ("number", "switch", "text"):
-        how = {"number": "number", "switch": "flag", "text": "text"}[field.kind]
-        return f'checks.{how}("{name}", {own})\n'
-    if all_kinds and field.kind == "whole":
-        low, high = (0, (1 << 64) - 1) if field.low is None else (field.low, field.high)
-        return f'checks.whole("{name}", {own}, {low}, {high})\n'
-    if field.kind == "hand":
-        return f'checks.kind("{name}", {own}, {field.host}, "a torsio.{field.host}")\n'
-    if field.kind == "group" and isinstance(field.of, Structure):
-        return f'checks.kind("{name}", {own}, {field.of.name}, "a torsio.{field.of.name}")\n'
-    if field.kind == "optional" and field.of:
-        return (
-            f"if {own} is not None:\n"
-            f'    checks.kind("{name}", {own}, {field.of.name}, "{field.of.name} or None")\n'
-        )
-    if field.kind == "function":
-        return f'checks.function("{name}", {own})\n'
-    if field.kind in ("numbers", "profile"):
-        how = "numbers" if field.kind == "numbers" else "knots"
-        return f'object.__setattr__(self, "{name}", checks.{how}("{name}", {own}))\n'
-    return ""
+    asked = _ASKED | (_ASKED_OF_PLAIN if all_kinds else {})
+    low, high = (0, (1 << 64) - 1) if field.low is None else (field.low, field.high)
+    of = field.host if field.kind == "hand" else getattr(field.of, "name", "")
+    if field.kind == "optional" and not of:
+        return ""
+    return asked.get(field.kind, "").format(
+        name=field.name, own=f"self.{field.name}", of=of, low=low, high=high
+    )
 
 
 def _docstring(of: Structure) -> str:

@@ -31,17 +31,15 @@ def bench(arguments: Sequence[str]) -> int:
 def _bench(name: str, *rest: str) -> NoReturn:
     if name not in benchmarks():
         raise UsageError(f"no benchmark '{name}'")
-    # Without a knob to measure these take a virtual one, in a virtual machine.
-    elsewhere = {"usb": "--device", "games": "--here"}
-    with_machines = name in elsewhere and elsewhere[name] not in rest
+    # Without a knob to measure it takes a virtual one, in a virtual machine.
+    with_machines = name == "usb" and "--device" not in rest
     on_boards = name in ("binary", "calibration", "guards", "mcu")
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
-    groups += ["studio", "browser"] if name == "hour" else []
     # Only the benchmark's own lines go to standard output, so that they can be piped.
     with redirect_stdout(sys.stderr), lock():
-        sources = building.FirmwareSources(fetch=name != "hour")
+        sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels() if with_machines else None
         environment.set_up(*groups)
         if on_boards:
@@ -53,7 +51,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
             board.result()
         elif with_machines:
             sources.require()
-        if name not in ("hour", "mcu"):
+        if name != "mcu":
             tinyusb = sources.offer()
             if not on_boards:
                 building.build_preset("release", tinyusb)

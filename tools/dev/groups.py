@@ -342,16 +342,21 @@ def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]
 
 
 def not_covered(test: str, files: Iterable[str], chosen: Iterable[str] = ()) -> list[str]:
-    """Return the files of the tree that some chosen group with this test does not cover.
-
-    Where none is chosen, slow groups count only if no other group has the test.
-    """
-    has = [group for group in GROUPS.values() if group.has(test)]
-    found = [group for group in has if group in [GROUPS[name] for name in chosen]]
-    found = found or [group for group in has if not group.slow] or has
+    """Return the files of the tree that some chosen group with this test does not cover."""
+    groups = _groups_with(test, set(chosen))
     return [
         str(path)
         for path in map(PurePosixPath, files)
         if not _MADE & set(path.parts)
-        and not all(any(path.is_relative_to(own) for own in group.all) for group in found)
+        and not all(any(path.is_relative_to(own) for own in group.all) for group in groups)
     ]
+
+
+def _groups_with(test: str, chosen: set[str]) -> list[Group]:
+    """Return the chosen groups with a test, else those that are not slow, else all."""
+    names = [name for name, group in GROUPS.items() if group.has(test)]
+    names = [name for name in names if name in chosen] or names
+    found = [GROUPS[name] for name in names]
+    if chosen.isdisjoint(names):
+        found = [group for group in found if not group.slow] or found
+    return found

@@ -147,23 +147,26 @@ def _deck(
         for part in (_MM * flat[:, :, 0, None], _MM * flat[:, :, 1, None], height)
     )
     bricks = _bricks(shape)
-    used = {node for brick in bricks for node in brick}
+    used = np.unique(bricks).tolist()
     numbers = np.arange(np.prod(shape)).reshape(shape)
-    hub, rim = ([n for n in numbers[end].ravel().tolist() if n in used] for end in (0, -1))
+    hub, rim = (np.intersect1d(numbers[end], used).tolist() for end in (0, -1))
     lines = ["*NODE, NSET=ALL"]
-    lines += [f"{n + 1}, {x[n]:.9e}, {y[n]:.9e}, {z[n]:.9e}" for n in sorted(used)]
+    lines += [f"{n + 1}, {x[n]:.9e}, {y[n]:.9e}, {z[n]:.9e}" for n in used]
     lines += _arm(bricks, {"HUB": hub, "RIM": rim})
     lines += [
         *("*MATERIAL, NAME=PLASTIC", "*ELASTIC", f"{modulus_pa / 1e6:.9e}, {POISSON}"),
         *("*SOLID SECTION, ELSET=ARM, MATERIAL=PLASTIC", "*BOUNDARY", "HUB, 1, 2"),
     ]
-    lower = [f"{n + 1}, 3" for n in sorted(used) if z[n] == height[0]]
+    lower = [f"{n + 1}, 3" for n in used if z[n] == height[0]]
     lines += lower if thin else ["HUB, 3", "RIM, 3"]
     before = {n + 1: np.array((x[n], y[n])) for n in rim}
-    places = [{n: rotation(twist) @ place for n, place in before.items()} for twist in twists]
-    for turned in places:
-        lines += _step(before, turned)
+    places = _turned(before, twists)
+    lines += [line for turned in places for line in _step(before, turned)]
     return "\n".join(lines) + "\n", places
+
+
+def _turned(places: dict[int, Any], twists: Sequence[float]) -> list[dict[int, Any]]:
+    return [{n: rotation(twist) @ place for n, place in places.items()} for twist in twists]
 
 
 def _arm(bricks: list[list[int]], sets: dict[str, list[int]]) -> list[str]:

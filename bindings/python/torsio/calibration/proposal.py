@@ -296,32 +296,33 @@ def put_together(
     configured = knob.shaft_config()
     bent = configured if keeps_shaft else _bent(shaft, configured, sigmas)
     straight = {} if keeps_shaft else {"sigma_knee_1_rad": 0.0, "sigma_knee_1_nm_per_rad": 0.0}
+    sigmas = straight | sigmas | ({} if circuit is None else circuit.sigmas())
     before, control = knob.calibration_config(), knob.control_config()
+    values_are, law, assist_nm = before.values_are, control.law, control.free_assist_nm
+    if brake is not None:
+        values_are, law = "measured", "calibrated"
+        assist_nm = certain_assist_nm(quantities, assist_nm)
     known = replace(
         before,
-        values_are=before.values_are if brake is None else "measured",
+        values_are=values_are,
         calibrated_unix_s=int(now.timestamp()),
         ambient_k=0.0 if ambient_c is None else ambient_c + 273.15,
         calibrated_rate_hz=knob.info.control_rate_hz,
-        **(straight | sigmas | ({} if circuit is None else circuit.sigmas())),
+        **sigmas,
     )
+    fits = (*free.fits, *shaft.fits, *(brake.fits if brake is not None else ()))
     return Calibration(
         quantities,
         proposed,
         bent,
-        control.law if brake is None else "calibrated",
-        control.free_assist_nm
-        if brake is None
-        else certain_assist_nm(quantities, control.free_assist_nm),
+        law,
+        assist_nm,
         known,
         found.cogging,
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
         found.brake_curve,
         seconds,
         _conditions(knob, board, ambient_c, now),
-        (
-            *(circuit.motor.fits if circuit is not None else ()),
-            *(*free.fits, *shaft.fits, *(brake.fits if brake is not None else ())),
-        ),
+        fits if circuit is None else (*circuit.motor.fits, *fits),
         None if circuit is None else circuit.board,
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import count, groupby
+from itertools import chain, count, groupby
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -173,7 +173,7 @@ def _orders(recorded: Recorded) -> list[_Order]:
     # The answer to disarming comes once the torque has gone: docs/explanation/architecture.md.
     letting_go = round(min(LET_GO_S, control["passive_ramp_s"]) * rate)
     answers = _answers(recorded)
-    busy = {values["tick"] for found in answers.values() for values in found}
+    busy = {values["tick"] for values in chain.from_iterable(answers.values())}
     orders: list[_Order] = []
     for guess, content in _sent(recorded):
         try:

@@ -196,13 +196,9 @@ def load(path: str | Path) -> Recorded:
                 whole = not damaged
         if "versions" not in metadata:
             raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
-        return Recorded(
-            telemetry=np.array(found["telemetry"], TELEMETRY_DTYPE).view(Telemetry),
-            samples_lost=sum(found["drop_outs"]),
-            metadata=metadata,
-            whole=whole,
-            **{name: found[name] for name in found.keys() - {"telemetry", "drop_outs"}},
-        )
+        rows, lost = found.pop("telemetry"), found.pop("drop_outs")
+        telemetry = np.array(rows, TELEMETRY_DTYPE).view(Telemetry)
+        return Recorded(telemetry, samples_lost=sum(lost), metadata=metadata, whole=whole, **found)
 
 
 def _unpacked(path: str | Path, records: Iterable[Any]) -> Iterator[Any]:

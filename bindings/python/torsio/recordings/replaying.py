@@ -217,13 +217,7 @@ def _run(
     ticks = set(recorded.telemetry["tick"].tolist())
     is_exact = bool(recorded.inputs)
     for given in inputs:
-        may_change = given.kind in ("feature", "output") and bool(wanted.by_report)
-        try:
-            device.take(given.kind, wanted.put(given.bytes) if may_change else given.bytes)
-        except ValueError as error:
-            raise Error(f"at tick {given.tick} the recording is damaged: {error}") from None
-        if given.kind == "stored" and wanted.by_report:
-            _store(device, wanted)
+        _take(device, given, wanted)
         if given.kind == "power" and given.bytes == b"\1":
             steps = _steps_of(device)
         for name, values in _outputs(device, behind):
@@ -234,6 +228,16 @@ def _run(
             else:
                 answers.append(protocol.encode(name, values))
     return answers, samples
+
+
+def _take(device: ReplayedDevice, given: DeviceInput, wanted: _Changes) -> None:
+    may_change = given.kind in ("feature", "output") and bool(wanted.by_report)
+    try:
+        device.take(given.kind, wanted.put(given.bytes) if may_change else given.bytes)
+    except ValueError as error:
+        raise Error(f"at tick {given.tick} the recording is damaged: {error}") from None
+    if given.kind == "stored" and wanted.by_report:
+        _store(device, wanted)
 
 
 def _outputs(device: ReplayedDevice, behind: int) -> Iterator[tuple[str, dict[str, Any]]]:

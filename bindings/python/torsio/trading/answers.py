@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -224,30 +223,48 @@ def _proposed(
     After a failure what leaves out as much is not tried. The rest must be truer, by as much as the
     verification was worse than the visits before. At last this leaves the reference alone.
     """
-    errors = {row.variant: row.difference.jnds for row in rows if row.variant.may_be_proposed}
-    within = [row for row in rows if errors.get(row.variant, math.inf) <= wanted]
-    begun = len(within)
+    left = _Left(rows, wanted)
+    begun = len(left.rows)
     for number in count():
-        on_progress("verifying", begun - len(within), begun)
-        proposal = _choose(within, runs.options)
-        while not swings_alike(proposal.variant):
-            within.remove(proposal)
-            proposal = _choose(within, runs.options)
+        on_progress("verifying", begun - len(left.rows), begun)
+        proposal = left.cheapest(runs.options, swings_alike)
         chosen, visits = proposal.variant, verifying(number)
         ((verified, _),) = runs.measure([chosen], visits)
         device = _on_device(chosen, runs, visits[0])
         worst = max(verified.jnds, device.difference.jnds)
         if worst <= wanted or chosen == Variant():
             break
-        within = [row for row in within if not row.variant.leaves_out_all_of(chosen)]
+        left.leave_out(chosen)
         if verified.jnds > wanted:
-            others = [row.variant for row in within]
-            for one, (seen, _) in zip(others, runs.measure(others, visits), strict=True):
-                errors[one] = max(errors[one], seen.jnds)
-        allowed = wanted * max(errors[chosen], verified.jnds) / worst
-        within = [row for row in within if errors[row.variant] <= allowed]
+            left.look_again(runs, visits)
+        left.keep_below(wanted * max(left.errors[chosen], verified.jnds) / worst)
     on_progress("verifying", begun, begun)
     return proposal, verified, device
+
+
+class _Left:
+    """Rows that may still be proposed, and the largest error that was seen of each."""
+
+    def __init__(self, rows: Iterable[Row], wanted: float) -> None:
+        self.rows = [row for row in rows if row.variant.may_be_proposed]
+        self.errors = {row.variant: row.difference.jnds for row in self.rows}
+        self.keep_below(wanted)
+
+    def cheapest(self, options: LoopOptions, swings_alike: Callable[[Variant], bool]) -> Row:
+        while not swings_alike((proposal := _choose(self.rows, options)).variant):
+            self.rows.remove(proposal)
+        return proposal
+
+    def leave_out(self, failed: Variant) -> None:
+        self.rows = [row for row in self.rows if not row.variant.leaves_out_all_of(failed)]
+
+    def look_again(self, runs: Runs, visits: tuple[Visit, ...]) -> None:
+        variants = [row.variant for row in self.rows]
+        for one, (seen, _) in zip(variants, runs.measure(variants, visits), strict=True):
+            self.errors[one] = max(self.errors[one], seen.jnds)
+
+    def keep_below(self, jnds: float) -> None:
+        self.rows = [row for row in self.rows if self.errors[row.variant] <= jnds]
 
 
 def _choose(rows: list[Row], options: LoopOptions) -> Row:

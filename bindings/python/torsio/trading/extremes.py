@@ -140,8 +140,12 @@ def _climb(
     unit, steps = _LADDERS[quantity]
     is_true, swings = True, False
     for step in steps:
-        found = unstretched if step == 1 and unit == "times" else None
-        found = found or _outcome(quantity, step, options, proposal, generations)
+        is_as_before = step == 1 and unit == "times"
+        found = (
+            unstretched
+            if is_as_before
+            else _outcome(quantity, step, options, proposal, generations)
+        )
         if found is None:
             return
         jnds, broken = found

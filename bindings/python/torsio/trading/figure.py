@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from torsio.common.drawing import BLACK, BLUE, GREY, ORANGE, TEXT, WALL_FILL, drawn
 from torsio.common.whole_file import beside
 from torsio.trading.found import Row, Trade
-from torsio.trading.runs import HIGHEST_HZ
 
 __all__ = ["panel", "save_figure"]
 
@@ -35,9 +34,7 @@ def panel(axes: Axes, found: Trade, title: str) -> None:
     axes.plot(*_shown(found.proposal), "D", color=BLACK, ms=8, label="proposed")
     axes.set_ylim(_LEAST_JNDS / 2, 5.0 * max(_shown(row)[1] for row in tried))
     alone = [
-        (_shown(row), row.variant.left_out[0])
-        for row in tried
-        if len(row.variant.left_out) == 1 and row.variant.rate_hz == HIGHEST_HZ
+        (_shown(row), name) for name, row in found.alone.items() if row.variant.may_be_proposed
     ]
     # From the largest change downwards, so far apart that each can be read.
     place, dearest = axes.get_ylim()[1], max(_shown(row)[0] for row in tried)

@@ -12,7 +12,7 @@ from torsio.printed.emulator_options import EmulatorOptions
 from torsio.printed.plant import Cogging
 from torsio.printed.scenes import Effect, Scene
 from torsio.trading.extremes import Extreme
-from torsio.trading.runs import Variant
+from torsio.trading.runs import HIGHEST_HZ, Variant
 from torsio.trading.visits import Difference, effects_of
 
 __all__ = ["BoardShare", "Row", "Trade", "board_shares", "pasteable"]
@@ -128,6 +128,17 @@ class Trade(checks.ShortRepr):
     def holds(self) -> bool:
         """The proposal stays within what was wanted on every visit."""
         return self.short_by_jnds == 0.0
+
+    @property
+    def alone(self) -> dict[str, Row]:
+        """Rows of the highest rate without one part, by this part."""
+        return {
+            row.variant.left_out[0]: row
+            for row in self.rows
+            if row.name == row.variant.name
+            and len(row.variant.left_out) == 1
+            and row.variant.rate_hz == HIGHEST_HZ
+        }
 
     def row(self, **of: Any) -> Row:
         """Give the row of ``Variant(**of)``: `left_out`, `rate_hz`, `counts_per_rev`, `law`.

@@ -163,13 +163,16 @@ def variants(options: LoopOptions, *, quick: bool) -> list[Variant]:
 def _subsets(parts: Sequence[str], *, quick: bool) -> list[tuple[str, ...]]:
     """Give the parts that are left out together, none first."""
     small = [part for part in parts if part not in WHOLE]
-    sizes = (0, 1, len(small)) if quick else range(len(small) + 1)
-    subsets = [part for count in dict.fromkeys(sizes) for part in combinations(small, count)]
+    subsets = _together(small, (0, 1, len(small)) if quick else range(len(small) + 1))
     if "spring and brake" in parts:
         others = [part for part in small if part not in _WITH_SPRING]
-        ends = {(), tuple(others)} if quick else {s for s in subsets if set(s) <= set(others)}
+        ends = _together(others, (0, len(others)) if quick else range(len(others) + 1))
         subsets += [("spring and brake", *end) for end in sorted(ends)]
     return subsets
+
+
+def _together(parts: Sequence[str], sizes: Iterable[int]) -> list[tuple[str, ...]]:
+    return [part for size in dict.fromkeys(sizes) for part in combinations(parts, size)]
 
 
 def _sum(row: object) -> int:

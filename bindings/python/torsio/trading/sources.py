@@ -29,6 +29,7 @@ from torsio.printed.plant import (
 from torsio.printed.scenes import Effect, Timing
 from torsio.recordings.loading import Recorded, load
 from torsio.stability import plant_of
+from torsio.telemetry import Record
 from torsio.trading.runs import PARTS, WHOLE, present
 from torsio.trading.visits import effects_of, usual_hand
 
@@ -131,21 +132,7 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
     if not played:
         raise Error("the recording has no scene: record in the program or page that plays it")
     last, *after = orders[played[-1] :]
-    until_s = after[0]["device_time_s"] if after else np.inf
-    rows_of = recorded.telemetry
-    armed = rows_of[(rows_of["flags"] & 3 == 1) & (rows_of["time_s"] < until_s)]
-    if len(armed) < 2:
-        raise Error("the knob is not armed in the recording: arm it while you record")
-    every = max(1, round(_PATH_EVERY_S / float(np.median(np.diff(armed["time_s"])))))
-    # The mean of a hundredth of a second: steps of the encoder are no motion of the hand.
-    whole = len(armed) // every * every
-    rows = [armed[name][:whole].reshape(-1, every).mean(axis=1) for name in ("time_s", "angle_rad")]
-    if len(rows[0]) < 2:
-        lasts_s = armed["time_s"][-1] - armed["time_s"][0]
-        raise Error(f"the knob is armed for {lasts_s:.3g} s in the recording: record a whole visit")
-    if armed["time_s"][-1] - armed["time_s"][0] > _LONGEST_S:
-        raise Error("the knob is armed for more than an hour in the recording: record one visit")
-    path = np.column_stack([rows[0] - rows[0][0], rows[1]])
+    path = _path(recorded.telemetry, after[0]["device_time_s"] if after else np.inf)
     kept = recorded.metadata["configuration"]
     try:
         known = {
@@ -161,6 +148,23 @@ def _from_recording(recorded: Recorded) -> dict[str, Any]:
         }
     except (KeyError, TypeError) as error:
         raise Error(f"this version cannot read the recording, record anew: {error}") from None
+
+
+def _path(telemetry: Record, until_s: float) -> Any:
+    """Give time and angle of the armed knob until then, shape (n, 2)."""
+    armed = telemetry[(telemetry["flags"] & 3 == 1) & (telemetry["time_s"] < until_s)]
+    if len(armed) < 2:
+        raise Error("the knob is not armed in the recording: arm it while you record")
+    every = max(1, round(_PATH_EVERY_S / float(np.median(np.diff(armed["time_s"])))))
+    # The mean of a hundredth of a second: steps of the encoder are no motion of the hand.
+    whole = len(armed) // every * every
+    rows = [armed[name][:whole].reshape(-1, every).mean(axis=1) for name in ("time_s", "angle_rad")]
+    if len(rows[0]) < 2:
+        lasts_s = armed["time_s"][-1] - armed["time_s"][0]
+        raise Error(f"the knob is armed for {lasts_s:.3g} s in the recording: record a whole visit")
+    if armed["time_s"][-1] - armed["time_s"][0] > _LONGEST_S:
+        raise Error("the knob is armed for more than an hour in the recording: record one visit")
+    return np.column_stack([rows[0] - rows[0][0], rows[1]])
 
 
 def configured(actuator: ActuatorConfig, shaft: ShaftConfig) -> PlantParams:

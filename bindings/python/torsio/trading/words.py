@@ -16,32 +16,31 @@ __all__ = ["as_dict", "lines"]
 def lines(found: Trade) -> Iterator[str]:
     """Say what matters: each part, rate and change, the proposal, boards and extremes."""
     reference = found.rows[0]
-    alone = {
-        row.variant.left_out[0]: row
-        for row in found.rows
-        if row.name == row.variant.name
-        and len(row.variant.left_out) == 1
-        and row.variant.rate_hz == HIGHEST_HZ
-    }
+    alone = found.alone
     effects = ", ".join(type(effect).__name__ for effect in found.scene) or "Free air"
     yield f"{effects}, played by a knob with {', '.join(alone) or 'no part to leave out'}."
     yield f"All parts at {HIGHEST_HZ // 1000} kHz cost {_cost(reference)}: the reference."
     if found.swings:
         yield "Thrown into the scene, even this knob swings."
     yield from (_of_part(name, row, reference, found) for name, row in alone.items())
+    yield from _of_changes(found)
+    yield from _proposal(found)
+    yield from map(_of_board, found.boards)
+    yield f"To play the scene takes {found.scene_bytes} bytes on the wire."
+    yield from (_of_extreme(one) for one in found.extremes)
+
+
+def _of_changes(found: Trade) -> Iterator[str]:
+    """Say what another rate, encoder, law or noise changes, and another place of the run."""
     for rate in RATES_HZ[1:]:
         row = found.row(rate_hz=rate)
-        yield f"{rate // 1000} kHz {_changes(row)} and {_saves(row, reference)}."
+        yield f"{rate // 1000} kHz {_changes(row)} and {_saves(row, found.rows[0])}."
     for row in found.rows:
         if row.variant.counts_per_rev or row.variant.law:
             yield _of_change(row)
         if row.variant.other_noise:
             yield f"Other noise {_changes(row)}: less is chance."
     yield from (_elsewhere(row) for row in found.rows if row.name != row.variant.name)
-    yield from _proposal(found)
-    yield from map(_of_board, found.boards)
-    yield f"To play the scene takes {found.scene_bytes} bytes on the wire."
-    yield from (_of_extreme(one) for one in found.extremes)
 
 
 def _of_change(row: Row) -> str:

@@ -8,7 +8,7 @@ import selectors
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Annotated
@@ -194,11 +194,11 @@ def emulate_command(
     person = _PERSONS[hand]() if hand in _PERSONS else None
     if person and not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise typer.BadParameter(f"{hand} needs a terminal", param_hint="--hand")
-    command = [str(program_path()), "--address", address, "--port", str(port), "--serial", serial]
-    command += ["--rate-hz", repr(rate_hz), "--seed", str(seed)]
-    command += ["--hand", "free" if person else hand]
-    command += ["--log", str(log)] if log else []
-    command += ["--storage", str(storage)] if storage else []
+    options = {
+        **{"address": address, "port": port, "serial": serial, "rate-hz": rate_hz, "seed": seed},
+        **{"hand": "free" if person else hand, "log": log, "storage": storage},
+    }
+    command = [str(program_path()), *_words(options)]
     command += ["--status"] if sys.stdout.isatty() else []
     with ExitStack() as stack:
         process = stack.enter_context(_running(command))
@@ -210,9 +210,20 @@ def emulate_command(
             # The one way to end it.
             sys.stdout.write("\n" if sys.stdout.isatty() else "")
             return
-    if process.returncode < 0:
-        name = signal.Signals(-process.returncode).name
-        sys.stderr.write(f"torsio: error: {name} ended the knob's program; start it again\n")
-        raise typer.Exit(1)
     if process.returncode:
-        raise typer.Exit(process.returncode)
+        raise typer.Exit(_status_of(process.returncode))
+
+
+def _words(options: Mapping[str, object]) -> Iterator[str]:
+    for name, value in options.items():
+        if value is not None:
+            yield from (f"--{name}", str(value))
+
+
+def _status_of(code: int) -> int:
+    """Give the exit status for the program's own, and name the signal that ended it."""
+    if code > 0:
+        return code
+    name = signal.Signals(-code).name
+    sys.stderr.write(f"torsio: error: {name} ended the knob's program; start it again\n")
+    return 1

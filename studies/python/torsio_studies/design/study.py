@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from torsio.demos.wall import PEAK_TORQUE_NM
 from torsio.printed.config import Law
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
-from torsio_studies.design.devices import EVALUATION, SPACE, batches, columns
+from torsio_studies.design.devices import EVALUATION, SPACE, Batch, batches, columns
 from torsio_studies.design.spread import complete
 from torsio_studies.design.store import Store
 
@@ -43,17 +44,7 @@ def run(study: Study) -> Results:
     store = Store(Path(folder), {"evaluation": EVALUATION, "law": law, "batch_size": size})
     work = list(batches(devices, side, law, size))
 
-    core_s = 0.0
-    growth: list[dict[str, float]] = []
-    computed = 0
-    begin = time.perf_counter()
-    with complete(study, store, work, "devices") as (workers, results):
-        for rows in results:
-            computed += len(rows)
-            core_s += sum(row["seconds"] for row in rows)
-            wall_s = time.perf_counter() - begin
-            growth.append({"devices": computed, "core_seconds": core_s, "wall_seconds": wall_s})
-
+    workers, computed, growth = _complete(study, store, work)
     table = store.read(work)
     merged = store.merge(work, store.folder.parent / f"{store.folder.name}.parquet")
     figure.draw(study, table, side)
@@ -74,6 +65,21 @@ def run(study: Study) -> Results:
         "jnds": jnds(sample),
         "counts_for_walls": counts,
     }
+
+
+def _complete(
+    study: Study, store: Store, work: Sequence[Batch]
+) -> tuple[int, int, list[dict[str, float]]]:
+    """Compute what is missing; give numbers of workers and devices, and the seconds' growth."""
+    growth: list[dict[str, float]] = []
+    begin, devices, core_s = time.perf_counter(), 0, 0.0
+    with complete(study, store, work, "devices") as (workers, results):
+        for rows in results:
+            devices += len(rows)
+            core_s += sum(row["seconds"] for row in rows)
+            wall_s = time.perf_counter() - begin
+            growth.append({"devices": devices, "core_seconds": core_s, "wall_seconds": wall_s})
+    return workers, devices, growth
 
 
 def counts_for_wall(stiffness_nm_per_rad: float) -> dict[str, float]:

@@ -56,17 +56,18 @@ def scenes(*, quick: bool) -> list[Case]:
 
 def run(study: Study) -> Results:
     """Enclose the study's scenes and random plants."""
-    plants = int(study.settings.get("plants") or (4 if study.quick else PLANTS))
-    cases = [*scenes(quick=study.quick), *(random_case(number) for number in range(plants))]
-    work = [*cases, *(electric_case(number) for number in range(max(2, plants // 10)))]
-    tries = int(study.settings.get("tries") or (10 if study.quick else 100))
-    numbers = [0, 15] if study.quick else range(2 ** len(PARTS))
+    few, many = (4, 10, [0, 15]), (PLANTS, 100, range(2 ** len(PARTS)))
+    plants, tries, searches = few if study.quick else many
+    plants = int(study.settings.get("plants") or plants)
+    tries = int(study.settings.get("tries") or tries)
+    cases = [*scenes(quick=study.quick), *map(random_case, range(plants))]
+    circuits = [*map(electric_case, range(max(2, plants // 10)))]
+    kept = None
     if study.out is not None:
         make_folder(study.out)
-    kept = study.out and study.out / "enclosure.jsonl"
-    found = _all(study, "cases", [(kept, case) for case in work], evaluate_once)
-    searches = [(kept, number, tries) for number in numbers]
-    extremes = _all(study, "searches", searches, search_once)
+        kept = study.out / "enclosure.jsonl"
+    found = _all(study, "cases", [(kept, case) for case in (*cases, *circuits)], evaluate_once)
+    extremes = _all(study, "searches", [(kept, one, tries) for one in searches], search_once)
     by_name = {row["name"]: row for row in found}
     rows = [by_name[case.name] for case in cases]
     decided = [row for row in rows if row["decided"]]
@@ -74,10 +75,17 @@ def run(study: Study) -> Results:
         _draw(figure, decided)
     return {
         "rows": rows,
-        "electrics": [by_name[case.name] for case in work[len(cases) :]],
+        "electrics": [by_name[case.name] for case in circuits],
         "extremes": sorted(extremes, key=lambda row: -float(row["error"])),
         "losses": _losses(decided),
         "undecided": len(rows) - len(decided),
+        **_errors(decided),
+    }
+
+
+def _errors(decided: list[dict[str, Any]]) -> dict[str, Any]:
+    """Give the worst case, and the median of the plants, which stand behind the two scenes."""
+    return {
         "worst": max(decided, key=lambda row: float(row["error"])),
         "median_error": float(np.median([row["error"] for row in decided[2:]] or [math.nan])),
         "least_digits": min(row["digits"] for row in decided),
@@ -126,25 +134,8 @@ def _draw(figure: Figure, decided: list[dict[str, Any]]) -> None:
 
 def show(results: Results, console: Console) -> None:
     """Print the scenes, the worst plant, and where 64 bits lose."""
-    shown = table("case", "events", "proven digits", "error", "SciPy's", words=1)
-    for row in [*results["rows"][:2], results["worst"]]:
-        if row["decided"]:
-            scipy = f"{row['scipy_error']:.1e}" if "scipy_error" in row else ""
-            digits = f"{row['digits']:.0f}"
-            shown.add_row(row["name"], str(row["events"]), digits, f"{row['error']:.1e}", scipy)
-    plants = f"median of {len(results['rows']) - 2} plants"
-    digits = f"{results['least_digits']:.0f} or more"
-    shown.add_row(plants, "", digits, f"{results['median_error']:.1e}", "")
-    console.print(shown)
-    if results["undecided"]:
-        line(console, f"{results['undecided']} cases are undecided: two events too near")
-    circuits = [row for row in results["electrics"] if row["decided"]]
-    most = {key: max(row[key] for row in circuits) for key in ("error", "current_error")}
-    line(
-        console,
-        f"with electrics, {len(circuits)} plants: {min(row['digits'] for row in circuits):.0f} "
-        f"digits, angles {most['error']:.1e}, current {most['current_error']:.1e}",
-    )
+    _show_cases(results, console)
+    _show_circuits(results["electrics"], console)
     extremes = results["extremes"]
     tries, undecided, cut = (
         sum(row[name] for row in extremes) for name in ("tries", "undecided", "cut")
@@ -158,3 +149,28 @@ def show(results: Results, console: Console) -> None:
     for name, growth in results["losses"].items():
         losses.add_row(name, f"{growth:.1e}")
     console.print(losses)
+
+
+def _show_cases(results: Results, console: Console) -> None:
+    shown = table("case", "events", "proven digits", "error", "SciPy's", words=1)
+    for row in [*results["rows"][:2], results["worst"]]:
+        if row["decided"]:
+            scipy = f"{row['scipy_error']:.1e}" if "scipy_error" in row else ""
+            digits = f"{row['digits']:.0f}"
+            shown.add_row(row["name"], str(row["events"]), digits, f"{row['error']:.1e}", scipy)
+    plants = f"median of {len(results['rows']) - 2} plants"
+    digits = f"{results['least_digits']:.0f} or more"
+    shown.add_row(plants, "", digits, f"{results['median_error']:.1e}", "")
+    console.print(shown)
+    if results["undecided"]:
+        line(console, f"{results['undecided']} cases are undecided: two events too near")
+
+
+def _show_circuits(rows: list[dict[str, Any]], console: Console) -> None:
+    circuits = [row for row in rows if row["decided"]]
+    most = {key: max(row[key] for row in circuits) for key in ("error", "current_error")}
+    line(
+        console,
+        f"with electrics, {len(circuits)} plants: {min(row['digits'] for row in circuits):.0f} "
+        f"digits, angles {most['error']:.1e}, current {most['current_error']:.1e}",
+    )

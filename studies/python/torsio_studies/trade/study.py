@@ -54,21 +54,7 @@ def evaluate(one: One) -> Any:
 def run(study: Study) -> Results:
     """Trade every scene; what an earlier run has measured is not measured again."""
     settings = study.settings
-    files = [Path(file) for file in settings.get("files") or ()]
-    scenes: dict[str, Any] = {str(file): file for file in files} or dict(SCENES)
-    folder = study.out and study.out / "trade"
-    if folder is not None:
-        make_folder(folder)
-    work = [
-        One(
-            name,
-            options_of(scene, {}),
-            float(settings.get("wanted") or 0.5),
-            study.quick,
-            folder and folder / f"{number}.jsonl",
-        )
-        for number, (name, scene) in enumerate(scenes.items())
-    ]
+    work = _work(study)
     report = study.counter("scenes", len(work))
     found: dict[str, Any] = {}
     with spread(
@@ -81,11 +67,25 @@ def run(study: Study) -> Results:
             found[one.name] = answer
             report(len(found))
     with study.figure("scenes", size=(13.5, 5.6)) as figure:
-        _draw(figure, {name: found[name] for name in scenes})
+        _draw(figure, {one.name: found[one.name] for one in work})
     return {
-        "scenes": {name: as_dict(found[name]) for name in scenes},
-        "words": {name: [*lines(found[name])] for name in scenes},
+        "scenes": {one.name: as_dict(found[one.name]) for one in work},
+        "words": {one.name: [*lines(found[one.name])] for one in work},
     }
+
+
+def _work(study: Study) -> list[One]:
+    """Give the files that are named, or the scenes, each with a place for its measurements."""
+    files = [Path(file) for file in study.settings.get("files") or ()]
+    scenes: dict[str, Any] = {str(file): file for file in files} or dict(SCENES)
+    wanted = float(study.settings.get("wanted") or 0.5)
+    folder = study.out and study.out / "trade"
+    if folder is not None:
+        make_folder(folder)
+    return [
+        One(name, options_of(scene, {}), wanted, study.quick, folder and folder / f"{number}.jsonl")
+        for number, (name, scene) in enumerate(scenes.items())
+    ]
 
 
 def _draw(figure: Figure, found: dict[str, Any]) -> None:

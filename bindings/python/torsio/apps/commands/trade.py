@@ -14,6 +14,7 @@ from torsio.common import screen
 from torsio.common.extras import need_matplotlib
 from torsio.common.screen import err, line, out
 from torsio.errors import Error, InvalidArgument
+from torsio.trading.found import Trade
 from torsio.trading.sources import configuration_of
 from torsio.trading.words import as_dict, lines
 
@@ -71,22 +72,7 @@ def trade_command(
     known: dict[str, Any] = {} if config is None else configuration_of(config)
     if parts is not None:
         known["parts"] = [name.strip() for name in parts.split(",") if name.strip()]
-    with warnings.catch_warnings(record=True) as told, screen.progress(err) as show:
-        warnings.simplefilter("always", UserWarning)
-        try:
-            found = torsio.trade(
-                file,
-                wanted_jnds=wanted,
-                quick=quick,
-                stretch=stretch,
-                resume=resume,
-                on_progress=show,
-                **known,
-            )
-        except (ValueError, TypeError, RuntimeError) as error:
-            raise error if isinstance(error, Error) else InvalidArgument(str(error)) from error
-    for warning in told:
-        line(err, f"torsio: {warning.message}")
+    found = _traded(file, wanted_jnds=wanted, quick=quick, stretch=stretch, resume=resume, **known)
     if as_json:
         print_json(as_dict(found))
     else:
@@ -100,6 +86,19 @@ def trade_command(
         line(err if as_json else out, f"picture  {picture}")
     if not found.holds:
         raise typer.Exit(1)
+
+
+def _traded(file: Path, **how: Any) -> Trade:
+    """Trade, with progress and warnings on the terminal."""
+    with warnings.catch_warnings(record=True) as told, screen.progress(err) as show:
+        warnings.simplefilter("always", UserWarning)
+        try:
+            found = torsio.trade(file, on_progress=show, **how)
+        except (ValueError, TypeError, RuntimeError) as error:
+            raise error if isinstance(error, Error) else InvalidArgument(str(error)) from error
+    for warning in told:
+        line(err, f"torsio: {warning.message}")
+    return found
 
 
 def add_to(app: typer.Typer) -> None:
