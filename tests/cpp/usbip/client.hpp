@@ -170,8 +170,6 @@ class Client {
     return control_out(setup_packet(0x21, 9, value, 0, announced), report);
   }
 
-  std::uint32_t next_sequence() { return ++sequence_; }
-
  private:
   /// A number for an IN transfer: only who sent it knows that its reply carries data.
   std::uint32_t number_in() {

@@ -37,9 +37,3 @@ def bus() -> Iterator[VirtualBus]:
 def knob(bus: VirtualBus) -> VirtualKnob:
     """Give a knob that is plugged in."""
     return bus.plug()
-
-
-@pytest.fixture
-def two_knobs(bus: VirtualBus) -> tuple[VirtualKnob, VirtualKnob]:
-    """Give two knobs that are plugged in."""
-    return bus.plug("KNOB-1"), bus.plug("KNOB-2")
