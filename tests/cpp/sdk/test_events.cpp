@@ -248,9 +248,7 @@ TEST_CASE("events that nobody takes are kept up to a number, and the lost are co
 TEST_CASE("a callback is told every event under no lock, and may use the knob") {
   for (const bool is_paced : {false, true}) {
     CAPTURE(is_paced);
-    EmulatorOptions emulator;
-    emulator.paced = is_paced;
-    Knob knob = Knob::open("emulated", {.emulator = emulator});
+    Knob knob = open_emulated(is_paced);
     std::atomic<int> told = 0;
     std::atomic<int> faults = 0;
     knob.on_event([&](const Event& event) {
@@ -273,9 +271,7 @@ TEST_CASE("a callback is told every event under no lock, and may use the knob") 
 TEST_CASE("a knob that is closed lets go of its callback") {
   for (const bool paced : {false, true}) {
     const auto held = std::make_shared<std::atomic<int>>(0);
-    EmulatorOptions emulator;
-    emulator.paced = paced;
-    Knob knob = Knob::open("emulated", {.emulator = emulator});
+    Knob knob = open_emulated(paced);
     knob.on_event([held](const Event&) { ++*held; });
     CHECK(held.use_count() == 2);
     knob.close();
@@ -303,9 +299,7 @@ TEST_CASE("a callback that is slow is told what happened until its knob was clos
 TEST_CASE("what a callback throws ends it, and comes out of the next on_event") {
   for (const bool is_paced : {false, true}) {
     CAPTURE(is_paced);
-    EmulatorOptions emulator;
-    emulator.paced = is_paced;
-    Knob knob = Knob::open("emulated", {.emulator = emulator});
+    Knob knob = open_emulated(is_paced);
     std::atomic<int> told = 0;
     knob.on_event([&](const Event&) {
       ++told;

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -30,33 +31,6 @@ using test::WrappedTransport;
 
 namespace {
 
-class Recorder final : public WrappedTransport {
- public:
-  Recorder(std::unique_ptr<Transport> inner, std::vector<ReportBytes>& sent)
-      : WrappedTransport(std::move(inner)), sent_(sent) {}
-  bool write(const ReportBytes& report) override {
-    sent_.push_back(report);
-    return WrappedTransport::write(report);
-  }
-
- private:
-  std::vector<ReportBytes>& sent_;
-};
-
-/// Counts the signs of life: command (0x10) with keep_alive (0), docs/reference/protocol.md.
-class SignCounter final : public WrappedTransport {
- public:
-  SignCounter(std::unique_ptr<Transport> inner, std::atomic<int>& signs)
-      : WrappedTransport(std::move(inner)), signs_(signs) {}
-  bool write(const ReportBytes& report) override {
-    if (report[0] == 0x10 && report[4] == 0) ++signs_;
-    return WrappedTransport::write(report);
-  }
-
- private:
-  std::atomic<int>& signs_;
-};
-
 class Failing final : public WrappedTransport {
  public:
   Failing(std::unique_ptr<Transport> inner, const std::atomic<bool>& fails)
@@ -70,18 +44,27 @@ class Failing final : public WrappedTransport {
   const std::atomic<bool>& fails_;
 };
 
-/// Has no room any more, once it is told so.
-class Full final : public WrappedTransport {
+/// Asks before each report that goes out; without a yes it has no room.
+class Asking final : public WrappedTransport {
  public:
-  Full(std::unique_ptr<Transport> inner, const std::atomic<bool>& is_full)
-      : WrappedTransport(std::move(inner)), is_full_(is_full) {}
+  using Takes = std::function<bool(const ReportBytes&)>;
+  Asking(std::unique_ptr<Transport> inner, Takes takes)
+      : WrappedTransport(std::move(inner)), takes_(std::move(takes)) {}
   bool write(const ReportBytes& report) override {
-    return !is_full_ && WrappedTransport::write(report);
+    return takes_(report) && WrappedTransport::write(report);
   }
 
  private:
-  const std::atomic<bool>& is_full_;
+  const Takes takes_;
 };
+
+std::unique_ptr<Transport> recorded(std::unique_ptr<Transport> inner,
+                                    std::vector<ReportBytes>& sent) {
+  return std::make_unique<Asking>(std::move(inner), [&](const ReportBytes& report) {
+    sent.push_back(report);
+    return true;
+  });
+}
 
 /// An order to arm waits in it until the order to disarm has passed; keeps the orders' codes.
 class Slow final : public WrappedTransport {
@@ -264,9 +247,10 @@ TEST_CASE("a transport without room ends every order with Timeout, and close let
   for (const bool is_paced : {true, false}) {
     CAPTURE(is_paced);
     std::atomic<bool> is_full = false;
+    const auto has_room = [&](const ReportBytes&) { return !is_full; };
     OpenOptions device;
     device.emulator.emplace().paced = is_paced;
-    Knob knob = Knob::open(std::make_unique<Full>(open_transport("emulated", device), is_full),
+    Knob knob = Knob::open(std::make_unique<Asking>(open_transport("emulated", device), has_room),
                            {.command_timeout_s = 0.05});
     knob.play(Spring{.stiffness_nm_per_rad = 0.1});
     knob.arm();
@@ -290,7 +274,8 @@ TEST_CASE("close says once that a transport had no room for the order to disarm"
   for (const bool disarms_before : {true, false}) {
     CAPTURE(disarms_before);
     std::atomic<bool> is_full = false;
-    Knob knob = Knob::open(std::make_unique<Full>(open_transport("emulated"), is_full));
+    const auto has_room = [&](const ReportBytes&) { return !is_full; };
+    Knob knob = Knob::open(std::make_unique<Asking>(open_transport("emulated"), has_room));
     knob.play(Spring{.stiffness_nm_per_rad = 0.1});
     knob.arm();
     is_full = true;
@@ -329,7 +314,7 @@ TEST_CASE("an order to disarm does not hide one to arm that is under way") {
 TEST_CASE("a knob over a transport that wraps another one plays just the same") {
   std::vector<ReportBytes> sent;
   auto inner = open_transport("emulated", pushed_knob());
-  const auto wrapped = feel(Knob::open(std::make_unique<Recorder>(std::move(inner), sent)));
+  const auto wrapped = feel(Knob::open(recorded(std::move(inner), sent)));
   const auto direct = feel(Knob::open("emulated", pushed_knob()));
   REQUIRE(wrapped.size() == direct.size());
   CHECK(wrapped.back().angle_rad > 0.1);
@@ -352,7 +337,7 @@ TEST_CASE("who closes a knob disarms it, unless a game or the dial has it") {
       health.state = protocol::State::armed;
       health.owner = static_cast<protocol::Owner>(owner);
     });
-    Knob knob = Knob::open(std::make_unique<Recorder>(std::move(inner), sent));
+    Knob knob = Knob::open(recorded(std::move(inner), sent));
     REQUIRE(knob.state() == State::armed);
     knob.close();
     // docs/reference/protocol.md: command (0x10) with disarm (2).
@@ -369,8 +354,12 @@ TEST_CASE("signs of life are given while the torque is on, and only then") {
     OpenOptions options;
     options.emulator.emplace().paced = is_paced;
     std::atomic<int> signs = 0;
-    Knob knob =
-        Knob::open(std::make_unique<SignCounter>(open_transport("emulated", options), signs));
+    // docs/reference/protocol.md: command (0x10) with keep_alive (0).
+    const auto count = [&](const ReportBytes& report) {
+      if (report[0] == 0x10 && report[4] == 0) ++signs;
+      return true;
+    };
+    Knob knob = Knob::open(std::make_unique<Asking>(open_transport("emulated", options), count));
     knob.sleep(0.3);
     CHECK(signs == 0);
     knob.arm();
@@ -383,7 +372,7 @@ TEST_CASE("a device that says whose it is though it is not armed is not told to 
   std::vector<ReportBytes> sent;
   auto inner = test::emulated_with<protocol::Health>(
       [](protocol::Health& health) { health.owner = protocol::Owner::sdk; });
-  Knob::open(std::make_unique<Recorder>(std::move(inner), sent)).close();
+  Knob::open(recorded(std::move(inner), sent)).close();
   CHECK(sent.empty());
 }
 
