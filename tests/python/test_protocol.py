@@ -11,9 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import torsio
 from tests.golden.make_reports import GOLDEN, reports_json
 from tests.python import wire
-from torsio import protocol
+from torsio import _torsio, protocol
+from torsio.closed_loop import LoopOptions, reports
 from torsio.errors import MalformedReport
 
 ROWS: list[dict[str, Any]] = json.loads(GOLDEN.read_text())
@@ -32,6 +34,47 @@ def test_golden_file_covers_every_report() -> None:
 @pytest.mark.parametrize("row", ROWS, ids=ROW_IDS)
 def test_struct_decoder_gives_the_golden_values(row: dict[str, Any]) -> None:
     assert wire.decode(bytes.fromhex(row["hex"])) == (row["report"], row["values"])
+
+
+def _of_the_user(values: dict[str, Any]) -> dict[str, Any]:
+    """Give a report's values by the names and in the units of the library's classes."""
+    of: dict[str, Any] = {}
+    for name, value in values.items():
+        if name == "timing":
+            of[name] = torsio.Timing(**value)
+        elif name == "per_turn_q32":
+            of["per_turn"] = value / 2**32
+        elif name.endswith("_turns_q32"):
+            of[name.replace("_turns_q32", "_rad")] = 2 * math.pi * value / 2**32
+        elif name == "points":
+            of["torque_nm"] = [0.5] * value
+        elif name not in {"target", "sequence", "axis", "first_point"}:
+            of[name] = {"on": True, "off": False}.get(value, value)
+    return of
+
+
+USERS = [
+    name
+    for name, report in DESCRIPTIONS.items()
+    if name.endswith("_config")
+    or (report["fields"][0]["name"] == "target" and name != "curve_points")
+]
+# Golden values that do not go with others.
+OTHERS = {"actuator_config": {"counts_per_rev": 8192}, "curve": {"first_point": 0, "points": 2}}
+
+
+@pytest.mark.parametrize("name", USERS)
+def test_every_field_of_the_users_classes_travels_in_its_place(name: str) -> None:
+    golden = next(row["values"] for row in ROWS if row["report"] == name)
+    values = {**golden, **OTHERS.get(name, {})}
+    made = getattr(torsio, name.title().replace("_", ""))(**_of_the_user(values))
+    if "target" in values:
+        data = reports(LoopOptions(scene=[made]))[3]
+        values["target"] = dict.fromkeys(values["target"], 0)
+    else:
+        data = _torsio.Knob.encode_config(name, made)
+        values["sequence"] = 0
+    assert protocol.decode(data) == (name, values)
 
 
 # Values that are in range, by the description of each field.

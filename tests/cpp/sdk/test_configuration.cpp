@@ -21,7 +21,7 @@ constexpr std::uint8_t kPico2 = 2;
 
 }  // namespace
 
-TEST_CASE("every field of the configuration arrives in its own place and comes back") {
+TEST_CASE("every field of the configuration comes back") {
   const protocol::ActuatorConfig actuator = to_wire(ActuatorConfig{.motor_torque_max_nm = 1,
                                                                    .brake_torque_max_nm = 2,
                                                                    .brake_torque_min_nm = 0.5,
@@ -31,15 +31,6 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
                                                                    .counts_per_rev = 16,
                                                                    .counter_bits = 24,
                                                                    .encoder_reversed = true});
-  CHECK(actuator.motor_torque_max_nm == 1.0F);
-  CHECK(actuator.brake_torque_max_nm == 2.0F);
-  CHECK(actuator.brake_torque_min_nm == 0.5F);
-  CHECK(actuator.brake_drag_nm == 0.25F);
-  CHECK(actuator.brake_time_constant_s == 4.0F);
-  CHECK(actuator.spring_stiffness_nm_per_rad == 8.0F);
-  CHECK(actuator.counts_per_rev == 16);
-  CHECK(actuator.counter_bits == 24);
-  CHECK(actuator.encoder_reversed == protocol::Toggle::on);
   CHECK(protocol::encode(to_wire(convert_back<ActuatorConfig>(actuator))) ==
         protocol::encode(actuator));
 
@@ -54,22 +45,11 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
                                                                 .passive_ramp_s = 8,
                                                                 .passive_brake_nm = 9,
                                                                 .autonomous = true});
-  CHECK(control.law == protocol::Law::parallel);
-  CHECK(control.beta == 0.25F);
-  CHECK(control.speed_bandwidth_hz == 2.0F);
-  CHECK(control.motor_torque_cap_nm == 3.0F);
-  CHECK(control.brake_torque_cap_nm == 4.0F);
-  CHECK(control.motor_slew_nm_per_s == 5.0F);
-  CHECK(control.speed_limit_rad_s == 6.0F);
-  CHECK(control.watchdog_s == 7.0F);
-  CHECK(control.passive_ramp_s == 8.0F);
-  CHECK(control.passive_brake_nm == 9.0F);
-  CHECK(control.autonomous == protocol::Toggle::on);
   CHECK(protocol::encode(to_wire(convert_back<ControlConfig>(control))) ==
         protocol::encode(control));
 }
 
-TEST_CASE("every field of the board's configuration arrives in its own place and comes back") {
+TEST_CASE("every field of the board's configuration comes back") {
   const protocol::BoardConfig board = to_wire(BoardConfig{.supply_v = 24,
                                                           .motor_torque_constant_nm_per_a = 0.5,
                                                           .motor_current_max_a = 3,
@@ -91,27 +71,6 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
                                                           .current_sense_pin = 28,
                                                           .supply_sense_pin = 27,
                                                           .light_pin = 29});
-  CHECK(board.supply_v == 24.0F);
-  CHECK(board.motor_torque_constant_nm_per_a == 0.5F);
-  CHECK(board.motor_current_max_a == 3.0F);
-  CHECK(board.motor_resistance_ohm == 4.0F);
-  CHECK(board.motor_inductance_h == 0.25F);
-  CHECK(board.current_bandwidth_hz == 5);
-  CHECK(board.current_sense_v_per_a == 6.0F);
-  CHECK(board.brake_torque_constant_nm_per_a == 7.0F);
-  CHECK(board.brake_current_max_a == 8.0F);
-  CHECK(board.brake_resistance_ohm == 9.0F);
-  CHECK(board.motor_reversed == protocol::Toggle::on);
-  CHECK(board.supply_sense_ratio == 16);
-  CHECK(board.encoder_pin == 3);
-  CHECK(board.motor_pin == 14);
-  CHECK(board.brake_pin == 16);
-  CHECK(board.enable_pin == 18);
-  CHECK(board.emergency_stop_pin == 19);
-  CHECK(board.driver_fault_pin == 20);
-  CHECK(board.current_sense_pin == 28);
-  CHECK(board.supply_sense_pin == 27);
-  CHECK(board.light_pin == 29);
   CHECK(protocol::encode(to_wire(convert_back<BoardConfig>(board))) == protocol::encode(board));
   CHECK(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico2)).motor_pin == 14);
   CHECK_THROWS_WITH_AS(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico)),
