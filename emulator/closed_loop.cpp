@@ -96,9 +96,8 @@ void ClosedLoop::hold_command(const Command& command) {
 
 void ClosedLoop::sense(LoopRow* row) {
   const core::ControllerParams& params = setup_->config.controller;
-  core::Plan plan;
-  if (!held_) plan = core::plan_of(params, &setup_->scene);
-  plan.pipeline = core::pipeline_of(plan, params, controller_.bound);
+  const core::Plan plan =
+      held_ ? core::idle_plan(params) : core::plan_of(params, controller_.bound, {&setup_->scene});
   const std::uint32_t count = encoder_.sample(plant_.state().knob_angle);
   const core::ControllerOutputs out = core::control(controller_, params, plan, count);
   decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),

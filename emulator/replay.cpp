@@ -86,9 +86,9 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   core::ControllerState state;
   state.tick = options.first_tick;
   const core::ControllerParams& params = setup.config.controller;
-  core::Plan plan = core::plan_of(params, &setup.scene);
+  core::Plan plan = core::plan_of(params, state.bound, {&setup.scene});
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    plan.pipeline = core::pipeline_of(plan, params, state.bound);
+    if (plan.once) plan = core::plan_of(params, state.bound, {&setup.scene});
     const core::ControllerOutputs out = core::control(state, params, plan, counts[i]);
     rows[i] = {.position_counts = out.motion.position_counts,
                .speed_rad_s = out.motion.speed_rad_s,

@@ -20,13 +20,14 @@ namespace {
 }
 
 /// Senses the spring's torque with a known brake, and keeps the ledger.
+/// @param bent of one who knows it beforehand: then asking costs nothing
 /// @returns the part of the torque that the motor may take up
 [[gnu::always_inline]] inline float sense_known_brake(ControllerState& state,
                                                       const ControllerParams& params,
-                                                      const Motion& motion) {
+                                                      const Motion& motion, bool bent) {
   const float capacity_nm = model_real_brake(state.brake, params.brake, state.brake_command_nm);
   float spring_nm = 0.0F;
-  if (params.shaft.bent()) [[unlikely]] {
+  if (bent) [[unlikely]] {
     spring_nm = sense_bent_shaft<true>(state.sensor, params.shaft, motion.delta_rad, capacity_nm);
   } else {
     spring_nm =
@@ -128,8 +129,8 @@ struct Outcome {
 
 [[gnu::always_inline]] inline Outcome run_bounded(ControllerState& state,
                                                   const ControllerParams& params,
-                                                  const Motion& motion, float scene_nm) {
-  const float spring_nm = sense_known_brake(state, params, motion);
+                                                  const Motion& motion, float scene_nm, bool bent) {
+  const float spring_nm = sense_known_brake(state, params, motion, bent);
   const float desired_nm = bound_torque(state, scene_nm, 0.0F, motion.delta_counts);
   return {desired_nm, share_bounded(state, params, desired_nm, spring_nm, motion.speed_rad_s)};
 }
@@ -138,7 +139,7 @@ struct Outcome {
                                    const Plan& plan, const Motion& motion, float scene_nm) {
   const Resolution& resolution = params.motion.resolution;
   const float spring_nm = traits(params.partition.law).knows_brake
-                              ? sense_known_brake(state, params, motion)
+                              ? sense_known_brake(state, params, motion, params.shaft.bent())
                               : sense_brake(state, params, motion);
   if (plan.excitation != nullptr) {
     const Shares shares =
@@ -182,8 +183,10 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   Outcome outcome;
   if (plan.pipeline == Pipeline::plain) [[likely]] {
     outcome = run_plain(state, params, out.motion, scene_nm);
+  } else if (plan.pipeline == Pipeline::bent) {
+    outcome = run_bounded(state, params, out.motion, scene_nm, true);
   } else if (plan.pipeline == Pipeline::bounded) {
-    outcome = run_bounded(state, params, out.motion, scene_nm);
+    outcome = run_bounded(state, params, out.motion, scene_nm, false);
   } else {
     // Field by field: a copy as a whole would put the motion into memory in every tick.
     const Motion& now = out.motion;

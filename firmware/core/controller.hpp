@@ -53,50 +53,64 @@ enum class Pipeline : std::uint8_t {
   plain,    // the scene, by a law that does not know its brake, on a straight shaft
   bounded,  // the scene by the law calibrated: nothing in it plays in time, no impacts, and the
             // bound knows of no change but the knob's
+  bent,     // the same on a bent shaft
   full,     // everything
-  once,     // everything, and the next tick chooses anew
+};
+
+/// What the law plays: (scene + local) * gain + extra.
+struct Play {
+  const Scene* scene = nullptr;       // nullptr: none
+  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
+  float gain = 1;                     // 0 to 1, for a soft start
+  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
+
+  /// Whether it is another in each tick.
+  bool passes() const { return gain != 1.0F || local != nullptr || extra != nullptr; }
 };
 
 /// What plays, and by which pipeline. Made when something changes, followed by every tick.
-struct Plan {
-  Pipeline pipeline = Pipeline::full;  // right for every plan
-  const Scene* scene = nullptr;        // nullptr: none plays
-  // The full pipeline alone looks at these: (scene + local) * gain + extra, bounded.
-  const LocalModel* local = nullptr;      // nullptr: nothing is streamed
-  float gain = 1;                         // 0 to 1, for a soft start
-  ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
-  ExcitationState* excitation = nullptr;  // instead of all that, and of the law
+struct Plan : Play {
+  Pipeline pipeline = Pipeline::full;     // right for every plan
+  bool once = false;                      // the next tick needs a new plan
   bool impacts = false;                   // the scene has some
-  bool bounds = false;                    // the law calibrated, while somebody plays
-
-  /// Whether it is another in each tick.
-  bool passes() const {
-    return gain != 1.0F || local != nullptr || extra != nullptr || excitation != nullptr;
-  }
+  bool bounds = false;                    // the law calibrated plays
+  ExcitationState* excitation = nullptr;  // instead of the law
 };
 
-/// The plan for a scene alone, before its pipeline is chosen.
-/// @param scene nullptr: none
-inline Plan plan_of(const ControllerParams& params, const Scene* scene) {
+/// For a scene of the simplest effects.
+inline Pipeline least_pipeline(const ControllerParams& params) {
+  const bool bent = params.shaft.bent();
+  if (traits(params.partition.law).bounds) return bent ? Pipeline::bent : Pipeline::bounded;
+  return bent ? Pipeline::full : Pipeline::plain;
+}
+
+/// While nobody plays.
+inline Plan idle_plan(const ControllerParams& params) {
   Plan plan;
-  plan.scene = scene;
-  plan.impacts = scene != nullptr && has_impacts(*scene);
-  plan.bounds = traits(params.partition.law).bounds;
+  const bool bounds = traits(params.partition.law).bounds;
+  if (!bounds && !params.shaft.bent()) plan.pipeline = Pipeline::plain;
   return plan;
 }
 
-/// The pipeline that does the least of those that do all of the plan, for the next tick.
-inline Pipeline pipeline_of(const Plan& plan, const ControllerParams& params,
-                            const BoundState& bound) {
-  if (plan.passes()) return Pipeline::once;
-  if (plan.impacts) return Pipeline::full;
-  if (!traits(params.partition.law).bounds) {
-    return params.shaft.bent() ? Pipeline::full : Pipeline::plain;
-  }
-  const bool in_time = plan.scene != nullptr && plays_in_time(*plan.scene);
-  if (!plan.bounds || in_time) return Pipeline::full;
+inline Plan plan_of(ExcitationState& excitation) {
+  Plan plan;
+  plan.once = true;
+  plan.excitation = &excitation;
+  return plan;
+}
+
+/// By the pipeline that does the least of those that do all of it.
+inline Plan plan_of(const ControllerParams& params, const BoundState& bound, const Play& play) {
+  Plan plan{play};
+  plan.impacts = play.scene != nullptr && has_impacts(*play.scene);
+  plan.bounds = traits(params.partition.law).bounds;
+  const bool in_time = plan.bounds && play.scene != nullptr && plays_in_time(*play.scene);
   // A change of the plan has yet to reach the bound.
-  return bound.new_scene || bound.in_time_nm != 0.0F ? Pipeline::once : Pipeline::bounded;
+  const bool pending = plan.bounds && !in_time && (bound.new_scene || bound.in_time_nm != 0.0F);
+  plan.once = play.passes() || pending;
+  if (plan.once || plan.impacts || in_time) return plan;
+  plan.pipeline = least_pipeline(params);
+  return plan;
 }
 
 /// The scene's torque for a law that bounds, at the last tick, and its impacts' torque.

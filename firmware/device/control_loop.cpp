@@ -38,14 +38,13 @@ std::uint32_t reported_by(const TickInputs& in) {
 }  // namespace
 
 bool Faults::latch(std::uint32_t now, Phase phase) {
-  causes = static_cast<std::uint16_t>(now);
+  present = static_cast<std::uint16_t>(now);
   if ((now & ~latched) == 0) return false;
   latched = static_cast<std::uint16_t>(latched | now);
   // The computer is often on before the supply. Then nobody has to clear these faults: they go
   // when the supply comes.
   unpowered = (phase == Phase::fault ? unpowered : phase == Phase::disarmed) &&
               (latched & ~kUnpowered) == 0;
-  forgives = unpowered && (latched & fault::supply) != 0;
   return true;
 }
 
@@ -62,13 +61,13 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
       core::control(controller_, config_.controller, plan_, in.encoder_count);
   const std::uint32_t causes = find_causes(in, out);
   TickOutputs given{out.motor_command_nm, out.brake_command_nm, enabled_};
-  if ((causes | static_cast<std::uint32_t>(held_back_)) != 0) [[unlikely]] {
-    given = hold_back(causes, in.power_faults);
-  }
-  if (decimation_ != 0) [[unlikely]] {
-    sample(out.motion.speed_rad_s, out.desired_torque_nm,
-           static_cast<std::uint8_t>((out.motor_saturated ? flag::motor_saturated : 0) |
-                                     (out.brake_saturated ? flag::brake_saturated : 0)));
+  if ((causes | after_) != 0) [[unlikely]] {
+    if ((causes | (after_ & kHoldBack)) != 0) given = hold_back(causes, in.power_faults);
+    if ((after_ & kSample) != 0 && ticks_to_sample_-- == 0) {
+      sample(out.motion.speed_rad_s, out.desired_torque_nm,
+             static_cast<std::uint8_t>((out.motor_saturated ? flag::motor_saturated : 0) |
+                                       (out.brake_saturated ? flag::brake_saturated : 0)));
+    }
   }
   counters_.tick_time_ns = in.tick_time_ns;
   return given;
@@ -80,8 +79,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   attention_.store(0, std::memory_order_relaxed);
   watch_time(in);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
-  faults_.causes = static_cast<std::uint16_t>((faults_.causes & ~kReported) | reported_by(in));
-  if (faults_.forgives) (void)clear_fault();
+  faults_.present = static_cast<std::uint16_t>((faults_.present & ~kReported) | reported_by(in));
+  if (faults_.forgives()) (void)clear_fault();
   take_order();
   if (index_.awake) [[unlikely]]
     watch_index();
@@ -89,11 +88,11 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   core::ForceSource* const guest_force = serve_guest();
   const bool playing = plays() && host_is_there();
   choose_torque(playing, guest_force);
-  faults_.causes = lateness_ >= kLatenessLimit ? fault::overrun : 0;
+  faults_.present = 0;
   enabled_ = playing;
-  held_back_ = faults_.causes != 0 || !(playing || at_rest());
-  const bool passes = plan_.pipeline == core::Pipeline::once;
-  if (held_back_ || passes || lateness_ != 0) call();
+  const bool held_back = overruns() || !(playing || at_rest());
+  after_ = (held_back ? kHoldBack : 0U) | (decimation_ != 0 ? kSample : 0U);
+  if (held_back || plan_.once || lateness_ != 0) call();
 }
 
 /// Once the controller knows that its commands came to nothing they stay zero by themselves.
@@ -150,6 +149,8 @@ void ControlLoop::watch_time(const TickInputs& in) {
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
 }
+
+bool ControlLoop::overruns() const { return lateness_ >= kLatenessLimit; }
 
 void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
   controller_.tick += missed_ticks;
@@ -250,17 +251,19 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* guest_force) {
   speed_limit_rad_s_ =
       excitation_.on ? config_.excitation_speed_limit_rad_s : config_.speed_limit_rad_s;
   if (playing && !excitation_.on) {
-    plan_ = core::plan_of(config_.controller, owner_ == Owner::sdk ? scene_ : nullptr);
-    plan_.extra = guest_force;
-    if (streams()) plan_.local = &local_model_;
-    if (phase_ == Phase::rising) plan_.gain = rise();
-  } else {
-    plan_ = {};
-    core::release_count(controller_.motion);
-    if (playing) plan_.excitation = &excitation_;
-    if (!playing) silent_ticks_left_ = kForever;  // the host that arms is alive
+    core::Play play{.scene = owner_ == Owner::sdk ? scene_ : nullptr, .extra = guest_force};
+    if (streams()) play.local = &local_model_;
+    if (phase_ == Phase::rising) play.gain = rise();
+    plan_ = core::plan_of(config_.controller, controller_.bound, play);
+    return;
   }
-  plan_.pipeline = core::pipeline_of(plan_, config_.controller, controller_.bound);
+  core::release_count(controller_.motion);
+  if (playing) {
+    plan_ = core::plan_of(excitation_);
+  } else {
+    plan_ = core::idle_plan(config_.controller);
+    silent_ticks_left_ = kForever;  // the host that arms is alive
+  }
 }
 
 /// @returns how far the torque has come up
@@ -290,7 +293,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if ((causes & fault::actuator) != 0 && power_faults != 0) {
     causes = (causes & ~std::uint32_t{fault::actuator}) | power_faults;
   }
-  causes |= faults_.causes;
+  if (overruns()) causes |= fault::overrun;
   // These endanger only somebody who feels a torque.
   if (!armed()) causes &= ~std::uint32_t{fault::overrun | fault::over_speed};
   if (causes != 0) call();
@@ -343,10 +346,6 @@ void ControlLoop::report_event(EventKind kind) {
 /// Takes from the controller's state what is there: a tick without a sample keeps less at hand.
 [[gnu::noinline]] void ControlLoop::sample(float speed_rad_s, float desired_torque_nm,
                                            std::uint8_t saturated) {
-  if (ticks_to_sample_ != 0) {
-    --ticks_to_sample_;
-    return;
-  }
   ticks_to_sample_ = static_cast<std::uint8_t>(decimation_ - 1);
   auto flags = static_cast<std::uint8_t>(static_cast<std::uint8_t>(state()) | saturated);
   if (streams()) flags |= flag::local_model;

@@ -143,10 +143,11 @@ enum class Phase : std::uint8_t {
 /// Faults that are latched until they are cleared.
 struct Faults {
   std::uint16_t latched = 0;
-  std::uint16_t causes = 0;  // faults whose cause is present now
-  bool unpowered = false;    // nobody was armed, and the latched faults may come from missing power
-  bool forgives = false;     // latched faults go with their causes
+  std::uint16_t present = 0;  // causes that this tick has found so far, or the last one
+  bool unpowered = false;     // nobody was armed, and the latched ones may come from missing power
 
+  /// Latched faults go with their causes.
+  bool forgives() const { return unpowered && (latched & protocol::fault::supply) != 0; }
   /// @returns whether any of the causes is latched only now
   bool latch(std::uint32_t now, Phase phase);
 };
@@ -233,10 +234,16 @@ class ControlLoop {
   protocol::State state() const;
   bool armed() const { return phase_ >= Phase::rising; }
   bool fades() const { return phase_ >= Phase::passive; }
+  bool overruns() const;
   bool plays() const { return armed() && !fades(); }
   bool streams() const { return local_model_ticks_left_ != 0; }
   /// The next tick must decide anew.
   void call() { attention_.store(1, std::memory_order_release); }  // after the change
+
+  static constexpr std::uint32_t kSample = 1;
+  // The controller's commands are not followed: ticks are late, or what it says is not at rest yet
+  // while nobody plays. So this may be while the stages are on, and while they are off.
+  static constexpr std::uint32_t kHoldBack = 2;
 
   // Everything that a tick looks at stands together: its loads then need no computed addresses.
 
@@ -246,10 +253,8 @@ class ControlLoop {
   std::atomic<std::uint32_t> connected_{1};  // 0 or 1; a bool costs an instruction more
   // The last decision: it holds until the next one.
   core::Plan plan_;
-  bool enabled_ = false;  // power stages on
-  // The controller's commands are not followed: ticks are late, or what it says is not at rest yet
-  // while nobody plays. So this may be while the stages are on, and while they are off.
-  bool held_back_ = false;
+  bool enabled_ = false;     // power stages on
+  std::uint32_t after_ = 0;  // what follows the controller: kSample, kHoldBack
   std::uint8_t decimation_ = 0;
   std::uint8_t ticks_to_sample_ = 0;
   // The longest tick so far, but not more than the budget: a longer one is something to decide.

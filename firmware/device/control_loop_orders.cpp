@@ -134,7 +134,7 @@ Status ControlLoop::arm() {
 }
 
 Status ControlLoop::clear_fault() {
-  if (faults_.causes != 0) return Status::fault_persists;
+  if (faults_.present != 0) return Status::fault_persists;
   faults_.latched = 0;
   if (phase_ == Phase::fault) {
     guest.forget();  // what was started meanwhile

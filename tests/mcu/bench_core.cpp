@@ -23,9 +23,7 @@ int main() {
     scene.order[slot] = slot;
   }
   const auto tick = [](std::uint32_t count) {
-    core::Plan plan;
-    plan.pipeline = core::Pipeline::plain;
-    plan.scene = &scene;
+    const core::Plan plan{{&scene}, core::Pipeline::plain};
     motor_nm = core::control(state, params, plan, count).motor_command_nm;
   };
   for (const unsigned effects : {0U, 1U, 2U, 16U}) {

@@ -211,8 +211,7 @@ MachineCommand LawOf::share(double desired_nm, bool pressing) {
 /// A tick of this device.
 MachineCommand LawOf::control(std::int64_t counts) {
   const core::ControllerParams& params = setup_->config.controller;
-  core::Plan plan = core::plan_of(params, &setup_->scene);
-  plan.pipeline = core::pipeline_of(plan, params, controller_.bound);
+  const core::Plan plan = core::plan_of(params, controller_.bound, {&setup_->scene});
   const core::ControllerOutputs out =
       core::control(controller_, params, plan, static_cast<std::uint32_t>(counts));
   return both_ways(out.motor_command_nm, out.brake_command_nm);

@@ -38,9 +38,8 @@ TEST_CASE("a tick follows the equations of the law in their order") {
   // The same recursion in double precision, written from the equations.
   const core::ControllerParams params = reference_actuator();
   const auto scene = wall_at_zero(1.432F);
-  core::Plan plan = core::plan_of(params, scene.get());
   core::ControllerState state;
-  plan.pipeline = core::pipeline_of(plan, params, state.bound);
+  const core::Plan plan = core::plan_of(params, state.bound, {scene.get()});
   CHECK(plan.pipeline == core::Pipeline::plain);
   double brake = 0.0, command = 0.0, spring = 0.0;
   const double per_count = 2.0 * M_PI / 8192.0;
@@ -85,7 +84,7 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Constant{0.01F, {}};
   scene->active = 1;
-  const core::Plan plan = core::plan_of(params, scene.get());
+  const core::Plan plan = core::plan_of(params, {}, {scene.get()});
   for (const double trust : {1.0, 0.25}) {
     core::ControllerState state;
     state.bound.trust = static_cast<float>(trust);
@@ -122,7 +121,7 @@ TEST_CASE("a torque that is not finite is told, commands nothing and leaves no t
     auto scene = std::make_unique<core::Scene>();
     scene->effect[0] = core::Constant{bad, {}};
     scene->active = 1;
-    const core::Plan plan = core::plan_of(params, scene.get());
+    const core::Plan plan = core::plan_of(params, state.bound, {scene.get()});
     const auto out = core::control(state, params, plan, 5);
     CHECK(out.numeric_error);
     CHECK(out.motor_command_nm == 0.0F);
@@ -138,7 +137,7 @@ TEST_CASE("the gain scales what the scene and the local model ask for") {
   const core::ControllerParams params = reference_actuator();
   core::ControllerState state;
   const core::LocalModel local{0.04F, {}, 0.0F, 0.0F};
-  const core::Plan plan{core::Pipeline::full, nullptr, &local, 0.25F};
+  const core::Plan plan = core::plan_of(params, state.bound, {nullptr, &local, 0.25F});
   CHECK(core::control(state, params, plan, 0).desired_torque_nm == Approx(0.01));
 }
 
@@ -146,38 +145,46 @@ TEST_CASE("each plan takes the pipeline that does no more than the plan needs") 
   using core::Pipeline;
   core::ControllerParams params = reference_actuator();
   const auto wall = wall_at_zero(1.0F);
-  core::Plan plan = core::plan_of(params, wall.get());
   core::BoundState bound;
-  const auto chosen = [&](const core::Plan& of) { return core::pipeline_of(of, params, bound); };
   core::Scene knocks;
   knocks.effect[0] = core::Impact{};
   knocks.active = 1;
+  const auto chosen = [&](const core::Play& play, bool once = false) {
+    const core::Plan plan = core::plan_of(params, bound, play);
+    CHECK(plan.once == once);
+    return plan.pipeline;
+  };
   const core::LocalModel local;
-  core::ExcitationState excitation;
-  core::Plan other = plan;
-  CHECK(chosen(core::plan_of(params, &knocks)) == Pipeline::full);
-  CHECK(chosen((other.local = &local, other)) == Pipeline::once);
-  CHECK(chosen((other = plan, other.gain = 0.5F, other)) == Pipeline::once);
-  CHECK(chosen((other = plan, other.excitation = &excitation, other)) == Pipeline::once);
   struct Push final : core::ForceSource {
     float torque_nm(const core::Motion&, const core::Resolution&, std::uint64_t) override {
       return 0.0F;
     }
   } push;
-  CHECK(chosen((other = plan, other.extra = &push, other)) == Pipeline::once);
+  CHECK(chosen({wall.get()}) == Pipeline::plain);
+  CHECK(chosen({&knocks}) == Pipeline::full);
+  CHECK(chosen({wall.get(), &local}, true) == Pipeline::full);
+  CHECK(chosen({wall.get(), nullptr, 0.5F}, true) == Pipeline::full);
+  CHECK(chosen({wall.get(), nullptr, 1.0F, &push}, true) == Pipeline::full);
+  core::ExcitationState excitation;
+  CHECK(core::plan_of(excitation).pipeline == Pipeline::full);
+  CHECK(core::plan_of(excitation).once);
+  CHECK(core::idle_plan(params).pipeline == Pipeline::plain);
   params.shaft.pieces = 2;
-  CHECK(chosen(plan) == Pipeline::full);
+  CHECK(chosen({wall.get()}) == Pipeline::full);
+  CHECK(core::idle_plan(params).pipeline == Pipeline::full);
 
   params = reference_actuator();
   params.partition.law = core::Law::calibrated;
-  plan = core::plan_of(params, wall.get());
-  CHECK(chosen(plan) == Pipeline::once);  // the scene is new
+  CHECK(chosen({wall.get()}, true) == Pipeline::full);  // the scene is new
   bound.new_scene = false;
-  CHECK(chosen(plan) == Pipeline::bounded);
-  CHECK(chosen({}) == Pipeline::full);  // nobody plays
-  CHECK(chosen(core::plan_of(params, &knocks)) == Pipeline::full);
+  CHECK(chosen({wall.get()}) == Pipeline::bounded);
+  CHECK(core::idle_plan(params).pipeline == Pipeline::full);
+  CHECK(chosen({&knocks}) == Pipeline::full);
   bound.in_time_nm = 0.01F;
-  CHECK(chosen(plan) == Pipeline::once);
+  CHECK(chosen({wall.get()}, true) == Pipeline::full);
   knocks.effect[0] = core::Constant{};
-  CHECK(chosen(core::plan_of(params, &knocks)) == Pipeline::full);
+  CHECK(chosen({&knocks}) == Pipeline::full);
+  bound.in_time_nm = 0.0F;
+  params.shaft.pieces = 2;
+  CHECK(chosen({wall.get()}) == Pipeline::bent);
 }

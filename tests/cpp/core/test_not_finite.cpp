@@ -39,7 +39,7 @@ core::Scene one(const core::Effect& effect) {
 /// Afterwards, with a good scene, everything must be as if nothing had happened.
 void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain,
                      core::ForceSource* extra = nullptr) {
-  core::Plan plan{core::Pipeline::full, &scene, local, gain, extra};
+  core::Plan plan{{&scene, local, gain, extra}};
   plan.impacts = core::has_impacts(scene);
   for (const core::Law law :
        {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
@@ -65,7 +65,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     state.sensor = clean.sensor;
     const core::Scene good = one(core::Constant{0.03F, {}});
     state.scene = {};
-    const core::Plan plain = core::plan_of(p, &good);
+    const core::Plan plain = core::plan_of(p, state.bound, {&good});
     for (int tick = 0; tick < 20; ++tick) {
       const auto got = core::control(state, p, plain, ++count);
       CHECK(core::is_finite(got.motor_command_nm));

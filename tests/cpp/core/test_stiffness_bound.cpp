@@ -187,7 +187,7 @@ TEST_CASE("a count that flickers though it switches little is held until a hand 
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
   params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
   params.bound = {1e-3F, 1.0F / 64, 400, 1500, 0.3F, 10'000, 500};
-  const Plan plan = plan_of(params, nullptr);
+  const Plan plan = plan_of(params, {}, {});
   ControllerState state;
   const auto flicker = [&](std::uint32_t ticks) {
     for (std::uint32_t n = 0; n < ticks; ++n) (void)control(state, params, plan, 10 + n % 2);
@@ -235,7 +235,7 @@ TEST_CASE("a sensor that rings in a knob that never turns back costs the trust")
         make_shaft_params(2.9F, std::array<ShaftKnee, kMostKnees>{}, 4e-5F, 1e-4F, 6e-3F);
     params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
     params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400, 1500};
-    Plan plan = plan_of(params, nullptr);
+    Plan plan = plan_of(params, {}, {});
     ControllerState state;
     std::uint32_t count = 0;
     for (int n = 0; n < 4000; ++n) {
@@ -456,7 +456,7 @@ TEST_CASE("the ordinary tick bounds as the one with everything in it does, to th
   scene.effect[0] = Wall{make_origin(5LL << 19, 8192), -1.0F, 40.0F, 0.0F};  // five counts away
   scene.active = 1;
   CHECK_FALSE(plays_in_time(scene));
-  const Plan all = plan_of(params, &scene);
+  const Plan all = plan_of(params, {}, {&scene});
   CHECK(all.pipeline == Pipeline::full);
   Plan ordinary = all;
   ordinary.pipeline = Pipeline::bounded;
@@ -507,7 +507,7 @@ TEST_CASE("a scene whose torque is none gives nothing in an ordinary tick either
   Scene scene;
   scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, std::numeric_limits<float>::infinity(), 0.0F};
   scene.active = 1;
-  Plan ordinary = plan_of(params, &scene);
+  Plan ordinary = plan_of(params, {}, {&scene});
   ordinary.pipeline = Pipeline::bounded;
   ControllerState state;
   (void)control(state, params, ordinary, 0);
