@@ -32,6 +32,8 @@ _Others = Sequence[tuple[Drive, Parts]]
 _ADDED_SIGMA = 0.2
 # Share of the cogging that is left in the dry friction; and of inertia and viscous friction.
 _OF_COGGING, _OF_BENDS = 2e-3, 8e-4
+# Share of the stairs that is lost for each second in which they wind the shaft.
+_LOST_PER_S = 0.4
 # Ends of the names of what is measured in torques of the motor.
 _OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain", "brake_curve")
 
@@ -164,7 +166,7 @@ def _stairs(found: Quantities, top_nm: float) -> _Doubt:
     for name in ("rise_s", "release_s"):
         fast = math.exp(-((found[name].value / (3.5 * winds_s)) ** 2))
         added[name] = fast * winds_s / 4.0
-        share = max(share, 0.4 * fast * winds_s)
+        share = max(share, _LOST_PER_S * fast * winds_s)
     loop_nm = found["hysteresis_nm"].value
     added["hysteresis_nm"] = 0.25 * share * top_nm
     added["brake_gain"] = share + 0.25 * (loop_nm / top_nm) ** 4
