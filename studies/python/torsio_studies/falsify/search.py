@@ -38,7 +38,6 @@ _NEARLY_NM: Final = 1e-5
 _CONSTANT: Final = ("angle_rad", "brake_angle_rad", "motor_command_nm", "brake_command_nm")
 _SLOW: Final = 1e-2
 _POPULATION: Final = 16
-_CONFIRMED: Final = 5  # generations whose worst try runs again for longer
 
 
 @dataclass(frozen=True)
@@ -200,17 +199,17 @@ def search(case: Case, tries: int) -> dict[str, float]:
         done += len(points)
         least = int(np.argmin(costs))
         worst.append((costs[least], points[least], breaks(case, motions[least])))
-    # A wide swing that dies may hide a smaller one that lasts, so several run again.
+    # A wide swing that dies may hide a smaller one that lasts, so each that broke runs again.
     worst.sort(key=lambda one: one[0])
-    again = [point for _, point, broke in worst if broke][:_CONFIRMED] or [worst[0][1]]
-    values = [values_of(point) for point in again]
+    broke = [point for _, point, broke in worst if broke]
+    values = [values_of(point) for point in broke or [worst[0][1]]]
     motions = [confirm(case, options_of(case, value)) for value in values]
     value, lasting = max(
         zip(values, motions, strict=True), key=lambda one: breaks(case, one[1])
     )  # the first that breaks, or the first
     return {
         "number": case.number, "tries": done, "breaks": float(breaks(case, lasting)),
-        **asdict(lasting), **value,
+        "broke_early": len(broke), **asdict(lasting), **value,
     }  # fmt: skip
 
 
