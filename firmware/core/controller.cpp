@@ -105,8 +105,9 @@ Shares share_impacts(ControllerState& state, const ControllerParams& params, con
                      const Motion& motion, Shares shares) {
   const float most_nm = params.partition.motor_torque_max_nm;
   const MotorRange range = motor_range(state.slew, params.slew, most_nm);
-  shares.motor_command_nm = add_impacts(*plan.scene, state.scene, motion, params.motion.resolution,
-                                        state.tick, shares.motor_command_nm, plan.gain, range);
+  shares.motor_command_nm =
+      add_impacts(*plan.scene, state.scene, motion, params.motion.resolution, state.tick,
+                  shares.motor_command_nm, plan.gain, range, params.motor_lag);
   const float told_nm = absolute(shares.motor_command_nm);
   if (state.scene.knock_nm != 0.0F && told_nm >= most_nm) shares.motor_saturated = true;
   return shares;

@@ -34,6 +34,7 @@ struct ControllerParams {
   PartitionParams excitation;  // the limits of one
   BoundParams bound;           // used by the law calibrated, with `assist`
   AssistParams assist;
+  MotorLag motor_lag;
 };
 
 struct ControllerState {

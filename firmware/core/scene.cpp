@@ -199,33 +199,43 @@ float knock(ImpactState& state, const Impact& impact, float inward_rad_s) {
                          impact.torque_limit_nm);
 }
 
-/// Allowed part of a push outward: the energy that it has taken, and a count more, if the knob
-/// moves on as in the last tick.
-float bound_push(const ImpactState& state, const Impact& impact, const Moment& now, float push_nm) {
-  const float inward_rad = -impact.outward * now.motion.delta_rad;
-  if (push_nm * inward_rad >= 0.0F) return push_nm;  // it takes
-  const float motion_rad = absolute(inward_rad) + now.resolution.rad_per_count;
-  return clamp_symmetric(push_nm, larger(state.taken_j, 0.0F) / motion_rad);
+/// Counts the energy of the last tick, of the torque that the motor certainly gave.
+void count_energy(ImpactState& state, const MotorLag& lag, float inward_rad) {
+  const float behind_nm = state.push_nm - state.late_nm;
+  state.taken_j +=
+      state.push_nm * inward_rad - larger(lag.behind_in_tick * behind_nm * inward_rad, 0.0F);
+  state.late_nm = state.push_nm - lag.decay * behind_nm;
+  if (inward_rad != 0.0F) state.way_rad = inward_rad;
 }
 
-/// Its torque, outward. It takes energy from a knob that comes in, and gives some of that back. It
-/// ends as soon as it has given more than that and a count. So nothing can bounce on it for ever.
-float ask_push(ImpactState& state, const Impact& impact, const Moment& now) {
+/// Allowed part of a push outward: the energy that it has taken, less what the motor still gives
+/// after it, if the knob moves on as in the last tick, and a count more.
+float bound_push(const ImpactState& state, const MotorLag& lag, float inward_rad,
+                 float inward_rad_s, float rad_per_count, float push_nm) {
+  if (push_nm * state.way_rad >= 0.0F) return push_nm;  // it takes
+  const float tail_j = lag.tail_s * absolute(state.late_nm * inward_rad_s);
+  const float motion_rad = absolute(inward_rad) + rad_per_count;
+  return clamp_symmetric(push_nm, larger(state.taken_j - tail_j, 0.0F) / motion_rad);
+}
+
+/// Its torque, outward. It takes energy from a knob that comes in, and gives some of that back. So
+/// nothing can bounce on it for ever.
+float ask_push(ImpactState& state, const Impact& impact, const Moment& now, const MotorLag& lag) {
   const float depth_rad = -impact.outward * distance_rad(impact.surface, now);
+  const float rad_per_count = now.resolution.rad_per_count;
   if (depth_rad <= 0.0F) {
-    const float away_rad = kAwayCounts * now.resolution.rad_per_count;
+    const float away_rad = kAwayCounts * rad_per_count;
     if (depth_rad < -away_rad && now.tick >= state.ready_tick) state.ready = true;
     state.sine_nm = state.pulse_nm = 0.0F;
     return 0.0F;
   }
   const float inward_rad_s = -impact.outward * now.motion.speed_rad_s;
-  state.taken_j += state.push_nm * -impact.outward * now.motion.delta_rad;
   if (state.ready) begin_impact(state, impact, inward_rad_s, now.tick);
-  // Where the knob is within its count is not known.
-  const float count_j = state.most_nm * now.resolution.rad_per_count;
-  if (state.taken_j < -count_j) state.sine_nm = state.pulse_nm = 0.0F;
   if (state.sine_nm == 0.0F && state.pulse_nm == 0.0F) return 0.0F;
-  return bound_push(state, impact, now, knock(state, impact, inward_rad_s));
+  const float inward_rad = -impact.outward * now.motion.delta_rad;
+  count_energy(state, lag, inward_rad);
+  return bound_push(state, lag, inward_rad, inward_rad_s, rad_per_count,
+                    knock(state, impact, inward_rad_s));
 }
 
 /// A switch instead of std::visit: no table of pointers, and the compiler may inline. An empty slot
@@ -293,7 +303,7 @@ bool has_impacts(const Scene& scene) {
 
 float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
                   const Resolution& resolution, const std::uint64_t& tick, float motor_nm,
-                  float gain, const MotorRange& range) {
+                  float gain, const MotorRange& range, const MotorLag& lag) {
   const bool went_on = state.impacts_tick + 1 == tick;
   const auto limited = [&](float asked_nm) {
     return asked_nm < range.low_nm ? range.low_nm : smaller(asked_nm, range.high_nm);
@@ -311,11 +321,10 @@ float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
       own.sine_nm = own.pulse_nm = own.push_nm = 0.0F;
     }
     const Moment now{scene, motion, resolution, tick, state, slot};
-    const float push_nm = ask_push(own, *impact, now);
+    const float push_nm = ask_push(own, *impact, now, lag);
     const float with_it_nm = limited(told_nm + gain * (impact->outward * push_nm));
     const float given_nm = with_it_nm - told_nm;
     own.push_nm = impact->outward * given_nm;
-    own.most_nm = larger(own.most_nm, absolute(given_nm));
     state.knock_nm += given_nm;
     told_nm = with_it_nm;
   }

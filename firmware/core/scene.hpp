@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/brake_model.hpp"
 #include "core/effects.hpp"
 #include "core/motion.hpp"
 #include "core/slew_limit.hpp"
@@ -22,6 +23,24 @@ struct Scene {
   std::array<float, kCurvePoolPoints> curve_torque_nm{};
 };
 
+/// How late the motor gives what it is told, as far as an impact's energy depends on it.
+struct MotorLag {
+  float decay = 0;           // exp(-period / time constant)
+  float behind_in_tick = 0;  // largest mean share of a difference that is left in a tick
+  float tail_s = 0;          // longest time constant
+};
+
+// The motor's lag may be so many times the configured one: a winding at its voltage's limit is
+// slower than its current loop.
+inline constexpr float kLongestLag = 2.5F;
+
+/// @param time_constant_s >= 0
+constexpr MotorLag make_motor_lag(float time_constant_s, float period_s) {
+  const float decay = decay_of(time_constant_s, period_s);
+  const float longest_s = kLongestLag * time_constant_s;
+  return {decay, longest_s / period_s * (1.0F - decay), longest_s};
+}
+
 /// Memory of an impact.
 struct ImpactState {
   std::uint64_t ready_tick = 0;  // from which on there may be another one
@@ -31,8 +50,9 @@ struct ImpactState {
   float sine_nm = 0;   // its amplitude by now; 0 when it is over
   float pulse_nm = 0;  // 0 when it is over
   float push_nm = 0;   // outward, as the motor was told in the last tick
-  float most_nm = 0;   // that it has been, either way
-  float taken_j = 0;   // from the knob since it came in
+  float late_nm = 0;   // the same, as the motor gave it at that tick's end
+  float way_rad = 0;   // its last motion, inward
+  float taken_j = 0;   // certainly, from the knob since it came in
 };
 
 /// Memory of the effects from tick to tick.
@@ -71,10 +91,11 @@ bool has_impacts(const Scene& scene);
 /// must not be slower for them.
 /// @param motor_nm for all else
 /// @param gain     0 to 1, for a soft start
+/// @param lag      of the motor
 /// @returns what the motor is to be told, within `range`
 float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
                   const Resolution& resolution, const std::uint64_t& tick, float motor_nm,
-                  float gain, const MotorRange& range);
+                  float gain, const MotorRange& range, const MotorLag& lag);
 
 /// A torque, a spring and a damper, streamed by the host.
 struct LocalModel {

@@ -383,8 +383,9 @@ struct Layout<Curve> {
 };
 
 /// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more
-/// it gives back no more energy than it took, within one count; below it may give more.
+/// decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more
+/// it gives back no more energy than it took, within one count, unless the motor is over 2.5 times
+/// as slow as configured.
 struct Impact {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -403,9 +404,9 @@ struct Layout<Impact> {
   static constexpr std::string_view name = "impact";
   static constexpr std::string_view doc =
       "The knock of something hard, in proportion to the speed at which the knob enters the "
-      "surface: a decaying sine, and a pulse that brakes. It acts inside only. At control rates of "
-      "10 kHz and more it gives back no more energy than it took, within one count; below it may "
-      "give more.";
+      "surface: a decaying sine, and a pulse that brakes. It acts inside only. At a control rate "
+      "of 4 kHz or more it gives back no more energy than it took, within one count, unless the "
+      "motor is over 2.5 times as slow as configured.";
   static constexpr FieldList fields{
       group("target", &Impact::target, ""),
       number("angle_turns_q32", &Impact::angle_turns_q32, "2^-32 turn", -max_turns_q32,

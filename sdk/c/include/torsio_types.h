@@ -412,8 +412,9 @@ typedef struct torsio_curve {
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
 
 /// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more
-/// it gives back no more energy than it took, within one count; below it may give more.
+/// decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more
+/// it gives back no more energy than it took, within one count, unless the motor is over 2.5 times
+/// as slow as configured.
 typedef struct torsio_impact {
   uint32_t struct_size;  ///< bytes of a torsio_impact
   /// the surface, usually a wall's

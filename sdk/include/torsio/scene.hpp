@@ -152,8 +152,9 @@ struct Curve {
 };
 
 /// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only. At control rates of 10 kHz and more
-/// it gives back no more energy than it took, within one count; below it may give more.
+/// decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more
+/// it gives back no more energy than it took, within one count, unless the motor is over 2.5 times
+/// as slow as configured.
 struct Impact {
   double angle_rad = 0.0;   ///< the surface, usually a wall's
   Side side = Side::above;  ///< on which side of the surface it is solid

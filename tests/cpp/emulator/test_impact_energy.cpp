@@ -31,6 +31,31 @@ std::uint32_t period_ns() {
   return period;
 }
 
+/// A motor's lag, and what the device is told of it.
+struct Lag {
+  std::uint32_t period_ns = 50'000;
+  double lag_s = 0.0;
+  double told = 1.0;  // of the lag
+  bool winding = false;
+};
+
+Lag lag() {
+  Lag motor;
+  SUBCASE("none at 20 kHz") { motor = {50'000}; }
+  SUBCASE("none at 10 kHz") { motor = {100'000}; }
+  SUBCASE("none at 4 kHz") { motor = {250'000}; }
+  SUBCASE("of 44 us at 20 kHz") { motor = {50'000, 44e-6}; }
+  SUBCASE("of 44 us at 10 kHz, told too short") { motor = {100'000, 44e-6, 0.7}; }
+  SUBCASE("of 160 us at 10 kHz") { motor = {100'000, 160e-6}; }
+  SUBCASE("of 160 us at 20 kHz, told too short") { motor = {50'000, 160e-6, 0.7}; }
+  SUBCASE("of 160 us at 20 kHz, told too long") { motor = {50'000, 160e-6, 1.3}; }
+  SUBCASE("of 160 us at 4 kHz, told too short") { motor = {250'000, 160e-6, 0.7}; }
+  SUBCASE("of a winding that is slower at its supply's limit") {
+    motor = {50'000, 44e-6, 1.0, true};
+  }
+  return motor;
+}
+
 double seconds(std::uint32_t period) { return 1e-9 * period; }
 
 /// A knob whose motor has no lag comes to an Impact at this speed, on a hand's spring.
@@ -42,6 +67,7 @@ ClosedLoopOptions comes_to_impact(std::uint32_t period, double speed_rad_s, doub
   options.actuator.counts_per_rev = options.encoder.counts_per_rev = kFineCounts;
   options.plant.counts_per_rev = kFineCounts;
   options.plant.motor_time_constant_s = 0.0;
+  options.actuator.motor_time_constant_s = 0.0F;
   protocol::Impact impact;
   impact.strength_nm_s_per_rad = impact.pulse_nm_s_per_rad = strength;
   impact.frequency_hz = frequency_hz;
@@ -75,7 +101,8 @@ double open_energy_j(double changes_nm, double torque_nm, double moved_rad) {
 
 // The oracle is the plant's energy: of all that moves, of the shaft's spring and of the hand's.
 TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
-  const std::uint32_t period = period_ns();
+  const Lag motor = lag();
+  const std::uint32_t period = motor.period_ns;
   double most_taken = 0.0;
   for (const double hand_nm_per_rad : {0.5, 5.0, 40.0}) {
     for (const double speed : {0.5, 3.0, 15.0}) {
@@ -88,6 +115,9 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
           ClosedLoopOptions options =
               comes_to_impact(period, speed, hand_nm_per_rad, strength, frequency_hz);
           emulator::PlantParams& plant = options.plant;
+          plant.motor_time_constant_s = motor.lag_s;
+          options.actuator.motor_time_constant_s = static_cast<float>(motor.told * motor.lag_s);
+          if (motor.winding) plant.electrics = torsio::Electrics{};
           plant.knob_coulomb_nm = plant.knob_viscous_nm_s_per_rad = 0.0;
           plant.shaft_damping_nm_s_per_rad = 0.0;
           plant.brake_viscous_nm_s_per_rad = plant.brake_drag_nm = 0.0;
@@ -114,7 +144,7 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
             last_nm = static_cast<double>(row.motor_command_nm);
             most_nm = std::max(most_nm, std::abs(last_nm));
           }
-          CHECK(worst_j <= 1e-3 * before_j);
+          CHECK(worst_j <= 1e-3 * before_j + (motor.winding ? 1.1e-4 : 0.0));
           most_taken = std::max(most_taken, 1.0 - lowest_j / before_j);
         }
       }

@@ -371,8 +371,8 @@ class Impact(Effect):
     """The knock of something hard.
 
     In proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse
-    that brakes. It acts inside only. At control rates of 10 kHz and more it gives back no more
-    energy than it took, within one count; below it may give more.
+    that brakes. It acts inside only. At a control rate of 4 kHz or more it gives back no more
+    energy than it took, within one count, unless the motor is over 2.5 times as slow as configured.
 
     Attributes
     ----------
