@@ -2,6 +2,7 @@
 /// Position, speed and acceleration of the knob from a wrapping counter.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/angle.hpp"
@@ -23,13 +24,14 @@ struct MotionParams {
 enum class Counting : std::uint8_t {
   usual,
   first,  // it only learns where the counter is
-  held,   // the knob rests, and its encoder may be noisy: kRestCounts are no motion
+  held,   // the knob rests, and its encoder may be noisy: a play of kRestCounts to either side
 };
 
 struct MotionState {
   std::uint32_t last_count = 0;
   Counting counting = Counting::first;
-  std::uint32_t held_count = 0;
+  std::uint32_t held_count = 0;  // the middle of the play
+  std::uint32_t held_from = 0;   // where it was first
   std::int64_t position_counts = 0;
   float lag_counts = 0;             // how far the tracked position is behind the true one
   float speed_counts_per_tick = 0;  // tracked
@@ -62,19 +64,31 @@ constexpr MotionParams make_motion_params(const Resolution& resolution, std::uin
 /// A knob that moves by at most this much is at rest: its encoder flickers.
 inline constexpr std::int32_t kRestCounts = 2;
 
-/// A tick that is not as usual: decides from which count it moves.
+/// A knob that leads the play further than this is moved by a hand.
+inline constexpr std::int32_t kLedCounts = 6;
+
+/// A tick that is not as usual: decides from which count it moves. The play follows a knob count by
+/// count, so its torque does not leap.
 constexpr void begin_counting(MotionState& state, std::uint32_t count, std::uint32_t shift) {
-  const std::int32_t delta = static_cast<std::int32_t>(count - state.held_count) >> shift;
-  const bool rests = delta >= -kRestCounts && delta <= kRestCounts;
-  const bool held = state.counting == Counting::held;
-  state.last_count = held && !rests ? state.held_count : count;
-  if (!(held && rests)) state.counting = Counting::usual;
+  state.last_count = count;
+  if (state.counting == Counting::held) {
+    const std::int32_t off = static_cast<std::int32_t>(count - state.held_count) >> shift;
+    const std::int32_t led = static_cast<std::int32_t>(count - state.held_from) >> shift;
+    if (led >= -kLedCounts && led <= kLedCounts) {
+      const std::int32_t within = std::clamp(off, -kRestCounts, kRestCounts);
+      state.held_count = count - (static_cast<std::uint32_t>(within) << shift);
+      state.last_count -= static_cast<std::uint32_t>(off - within) << shift;
+      return;
+    }
+    state.last_count = state.held_count;
+  }
+  state.counting = Counting::usual;
 }
 
-/// From now on kRestCounts to either side are no motion.
+/// From now on a play of kRestCounts to either side is no motion.
 constexpr void hold_count(MotionState& state) {
   state.counting = Counting::held;
-  state.held_count = state.last_count;
+  state.held_count = state.held_from = state.last_count;
 }
 
 /// The next tick follows each count again.

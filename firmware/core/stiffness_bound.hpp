@@ -140,9 +140,10 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
 }
 
 /// The count has changed and changed back. A knob that does so for ever is driven from count to
-/// count by the torque that a count switches: a step of the scene, then one of the sensor. Each is
-/// made less than friction holds. A knob that goes on is led by a hand.
-/// @returns whether the count flickers still: then it may be noise, and is held
+/// count by the torque that a count switches. That is made less than friction holds. The trust is
+/// left alone: it leaps, and a soft hand would follow as if it touched the knob anew. A knob that
+/// goes on is led by a hand.
+/// @returns whether the count flickers still: it may be noise or the sensor's steps, and is held
 constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
   const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
   if (goes_on) begin_touch(state, now);
@@ -156,12 +157,9 @@ constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
     return false;
   state.flickers = 0;
   state.flickered = true;
-  if (state.share > state.params.quiet_share) {
-    set_share(state, larger(0.6F * state.share, state.params.quiet_share));
-    return false;
-  }
-  state.trust = larger(0.6F * state.trust, state.params.least_share);
-  return true;
+  if (state.share <= state.params.quiet_share) return true;
+  set_share(state, larger(0.6F * state.share, state.params.quiet_share));
+  return false;
 }
 
 /// Whether the parts can render the scene along the swing that has ended, as they are configured.

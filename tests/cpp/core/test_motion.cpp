@@ -23,7 +23,7 @@ TEST_CASE("motion starts without a jump wherever the counter is") {
   CHECK(motion.position_counts == 0);
 }
 
-TEST_CASE("a held knob rests within two counts, and then moves by all of them") {
+TEST_CASE("a held knob leads a play of two counts to either side, until a hand leads it on") {
   for (const std::int32_t sign : {1, -1}) {
     core::MotionState state;
     std::int32_t count = 7;
@@ -36,13 +36,16 @@ TEST_CASE("a held knob rests within two counts, and then moves by all of them") 
     CHECK(step(1) == 1);
     core::hold_count(state);
     for (const std::int32_t more : {1, 1, -3, -1, 2, 2}) CHECK(step(more) == 0);
-    CHECK(step(1) == 3);
+    CHECK(step(1) == 1);
+    for (const std::int32_t more : {-4, 1, 3}) CHECK(step(more) == 0);
+    CHECK(step(3) == 3);
+    CHECK(step(1) == 3);  // it was two counts behind
     CHECK(step(-1) == -1);
     core::hold_count(state);
     CHECK(step(2) == 0);
     core::release_count(state);
     CHECK(step(0) == 2);
-    CHECK(state.position_counts == sign * 5);
+    CHECK(state.position_counts == sign * 9);
   }
 }
 

@@ -278,7 +278,9 @@ def _hand(
             inertia_kg_m2=inertia,
             intended_angle_rad=[(0.0, 0.0), (_SETTLED_S, deepest_rad)],
         ), None
-    holds_nm = min(plant.motor_limit_nm, value["limit_nm"])
+    # A motor that gives less than the device believes holds less.
+    gives_less = max(1.0, value.get(f"told.{_GAINS[0]}", 1.0)) if case.electrics else 1.0
+    holds_nm = min(plant.motor_limit_nm, value["limit_nm"]) / gives_less
     holdable = _HOLDABLE_BY_DETENTS if case.scene == "detents" else _HOLDABLE
     weight_nm = holdable * value["weight"] * holds_nm
     path = [(0.0, 0.0), (0.1, weight_nm)]
