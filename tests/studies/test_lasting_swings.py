@@ -277,7 +277,7 @@ FOUND = (
 
 
 def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
-    """Encoders of the first searches had no noise, nor gains an error, and none had more effects."""
+    """Encoders of the first searches had no noise, gains no error, and scenes no more effects."""
     case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
     noisy = case.noisy and number in (183, 2162)
     case = replace(case, noisy=noisy, extra="nothing")

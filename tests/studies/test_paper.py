@@ -269,8 +269,8 @@ def test_exits_are_as_good_at_other_places_within_a_count(results: dict[str, Any
     places, row = results["aims"]["worst_places"], results["aims"]["rows"][2]
     assert row["slowest_exit_s"] <= places["slowest_exit_s"] < 1.05 * row["slowest_exit_s"]
     assert row["drag_nm"] <= places["drag_nm"] < results["aims"]["aims"]["drag_nm"]
-    # Each of three counts switches the knob's friction of 6 mN m.
-    assert results["aims"]["held_leap_nm"] == pytest.approx(3 * 6e-3, rel=0.05)
+    # Each of three counts switches no more than the knob's friction of 6 mN m.
+    assert 2 * 6e-3 < results["aims"]["held_leap_nm"] <= 3 * 6e-3
 
 
 def test_wrong_belief_costs_what_no_law_can_know(results: dict[str, Any]) -> None:
