@@ -2,7 +2,6 @@
 /// Position, speed and acceleration of the knob from a wrapping counter.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "core/angle.hpp"
@@ -75,7 +74,9 @@ constexpr void begin_counting(MotionState& state, std::uint32_t count, std::uint
     const std::int32_t off = static_cast<std::int32_t>(count - state.held_count) >> shift;
     const std::int32_t led = static_cast<std::int32_t>(count - state.held_from) >> shift;
     if (led >= -kLedCounts && led <= kLedCounts) {
-      const std::int32_t within = std::clamp(off, -kRestCounts, kRestCounts);
+      std::int32_t within = off;
+      if (within > kRestCounts) within = kRestCounts;
+      if (within < -kRestCounts) within = -kRestCounts;
       state.held_count = count - (static_cast<std::uint32_t>(within) << shift);
       state.last_count -= static_cast<std::uint32_t>(off - within) << shift;
       return;
