@@ -101,7 +101,7 @@ def test_what_is_refused_under_a_drive_that_may_be_is_refused(
     def refuse(*_: Any, **__: Any) -> Any:
         raise Refusal("shaft", "locked", "it does not twist")
 
-    monkeypatch.setattr(procedure, "_parts_of", refuse)
+    monkeypatch.setattr(procedure, "_under", refuse)
     refused = calibrate_hidden(hidden_knob(1003), quick=True, emulated=True)["refused"]
     assert refused is not None
     assert refused.startswith("locked")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,22 +11,22 @@ from torsio.calibration.drive import drive_of
 from torsio.calibration.electric import (
     SUPPLY_CONFIGURED,
     SUPPLY_METERED,
+    Circuit,
     Intervals,
-    Motor,
     check_current,
     current_zero,
     intervals,
     motor,
     winding,
 )
-from torsio.calibration.found import Known, Runs
+from torsio.calibration.found import Findings, Runs
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Quantity
 from torsio.knob import Knob
 from torsio.printed.config import BoardConfig
 from torsio.printed.told import MotorCurrent
 
-__all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "Circuit", "CircuitSteps"]
+__all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "CircuitSteps"]
 
 ELECTRIC_STEPS = ("current sensor", "torque constant", "winding")
 """Steps that only a device with a current sensor takes, as `progress` names them.
@@ -197,37 +196,6 @@ def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Int
     return looks.intervals(turning, board.supply_v)
 
 
-@dataclass(frozen=True)
-class Circuit:
-    """The motor's circuit as found.
-
-    Attributes
-    ----------
-    board
-        The configuration that is proposed.
-    torque_share
-        How uncertain every torque is, as a share of it, in the measure of the proposed torque
-        constant.
-    """
-
-    quantities: tuple[Quantity, ...]
-    motor: Motor
-    board: BoardConfig
-    torque_share: float
-
-    def sigmas(self) -> dict[str, int]:
-        """Give what the device keeps of the uncertainties: thousandths, rounded up."""
-        found = self.motor
-        return {
-            f"sigma_{name}_permille": min(math.ceil(1e3 * of.standard_uncertainty / of.value), 255)
-            for name, of in (
-                ("motor_resistance", found.resistance),
-                ("motor_inductance", found.inductance),
-                ("motor_torque_constant", found.constant),
-            )
-        }
-
-
 class CircuitSteps:
     """The steps of a device that measures its motor's current.
 
@@ -237,11 +205,6 @@ class CircuitSteps:
         The most that they ask of both.
     supply_v
         Voltage by a meter; None: nobody has measured it.
-
-    Attributes
-    ----------
-    found
-        The circuit, once the knob was held.
     """
 
     def __init__(
@@ -249,7 +212,6 @@ class CircuitSteps:
     ) -> None:
         self._knob, self._motor_nm, self._brake_nm = knob, motor_nm, brake_nm
         self._board = board = knob.board_config()
-        self.found: Circuit | None = None
         self._supply_sigma = 0.0
         self._guesses_supply = supply_v is None and board.supply_sense_pin == 0
         if supply_v is not None:
@@ -258,49 +220,55 @@ class CircuitSteps:
         elif self._guesses_supply:
             self._supply_sigma = SUPPLY_CONFIGURED
 
-    def look(self, player: Player, _: Known) -> Runs:
+    def look(self, player: Player, _: Findings) -> Runs:
         """Look at the current sensor before anything turns; raises as `listen_at_rest`, `pulse`."""
         self._sensor = listen_at_rest(player, self._board)
         pulse(player, self._board, motor_nm=self._motor_nm)
         return ()
 
-    def turn(self, player: Player, _: Known) -> Runs:
+    def turn(self, player: Player, _: Findings) -> Runs:
         """Turn the knob, which is free. Raises as `turn_steadily`."""
         self._turned = turn_steadily(player, self._board, motor_nm=self._motor_nm)
         return ()
 
-    def hold(self, player: Player, known: Known) -> Runs:
-        """Hold the knob, estimate all, and give the turns with the torques as they truly were.
+    def hold(self, player: Player, _: Findings) -> Runs:
+        """Hold the knob. Raises as `push_current`."""
+        most = {"motor_nm": self._motor_nm, "brake_nm": self._brake_nm}
+        self._held = push_current(player, self._board, **most)
+        # The device may still use older values than the configured ones.
+        self._believed_nm_per_a = player.motor_current().torque_constant_nm_per_a
+        return ()
 
-        Raises
-        ------
-        Refusal
-            As `push_current`, and `winding` and `motor` of `torsio.calibration.electric`.
-        """
-        board = self._board
-        held = push_current(player, board, motor_nm=self._motor_nm, brake_nm=self._brake_nm)
+    def circuit(self, _: Runs, found: Findings) -> Findings:
+        """Estimate circuit and drive; raises as `winding` and `motor`."""
+        board, held = self._board, self._held
         believed_by_board = {
             "believed_ohm": board.motor_resistance_ohm,
             "believed_h": board.motor_inductance_h,
         }
         winding(held, **believed_by_board, constant_nm_per_a=board.motor_torque_constant_nm_per_a)
-        found = motor(held, self._turned, **believed_by_board, supply_sigma=self._supply_sigma)
-        constant = found.constant.value
+        of_motor = motor(held, self._turned, **believed_by_board, supply_sigma=self._supply_sigma)
+        constant = of_motor.constant.value
         told = board.motor_torque_constant_nm_per_a
         # A data sheet is the better guess where the supply is one, and may be a tenth off.
         if self._guesses_supply and abs(told / constant - 1.0) < 0.11:
             constant = told
         proposed = replace(
             board,
-            motor_resistance_ohm=found.resistance.value,
-            motor_inductance_h=found.inductance.value,
+            motor_resistance_ohm=of_motor.resistance.value,
+            motor_inductance_h=of_motor.inductance.value,
             motor_torque_constant_nm_per_a=constant,
         )
-        # The device may still use older values than the configured ones.
-        believed = player.motor_current().torque_constant_nm_per_a
-        player.torque_share = constant / believed
-        player.drive = drive_of(self._knob, proposed)
-        quantities = (*self._sensor, found.resistance, found.inductance, found.gain, found.constant)
-        self.found = Circuit(quantities, found, proposed, found.constant_sigma)
-        assert known.turns is not None
-        return (player.known(known.turns),)
+        measured = (of_motor.resistance, of_motor.inductance, of_motor.gain, of_motor.constant)
+        circuit = Circuit(
+            (*self._sensor, *measured),
+            of_motor,
+            proposed,
+            torque_scale=constant / self._believed_nm_per_a,
+            torque_share=of_motor.constant_sigma,
+        )
+        return replace(found, circuit=circuit, drive=drive_of(self._knob, proposed))
+
+    def turns(self, player: Player, found: Findings) -> Runs:
+        """Give the turns of before with the torques as they truly were."""
+        return (player.rescaled(found.turns),)

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 from torsio.calibration.brake import STAIRS_RAD_S
 from torsio.calibration.brake_curve import BrakeCurve
-from torsio.calibration.circuit import Circuit
 from torsio.calibration.cogging import Cogging
 from torsio.calibration.drive import Drive
-from torsio.calibration.found import Parts, Quantities, quantities_of
+from torsio.calibration.found import Findings, Quantities, quantities_of
 from torsio.calibration.left_out import (
     LEFT_OUT,
     LEFT_OUT_BY_DRIVE,
@@ -26,7 +25,6 @@ __all__ = ["Doubted", "differences", "of_ticks", "with_doubts"]
 
 _Table = Mapping[str, tuple[float, float]]  # a share of the value, and at least
 _Doubt = dict[str, float]  # what is added to an uncertainty, by the quantity's name
-_Others = Sequence[tuple[Drive, Parts]]
 
 # The inertia that a drive adds is known to this share: winding and supply may be a tenth off each.
 _ADDED_SIGMA = 0.2
@@ -47,14 +45,7 @@ class Doubted:
     brake_curve: BrakeCurve | None = None
 
 
-def with_doubts(
-    parts: Parts,
-    *,
-    tick_s: float,
-    drive: Drive | None = None,
-    others: _Others = (),
-    circuit: Circuit | None = None,
-) -> Doubted:
+def with_doubts(findings: Findings, *, tick_s: float, others: Sequence[Findings] = ()) -> Doubted:
     """Give all that was found, with all that the fits cannot know.
 
     Nothing else changes the uncertainty of a quantity, a wave or a point after its fit. Each doubt
@@ -71,35 +62,35 @@ def with_doubts(
     Parameters
     ----------
     others
-        What the motor's drive may be as well, each with its estimates from the same runs.
+        Estimates from the same runs, each with what the motor's drive may be as well.
     """
-    doubted, points = _of_fit(parts, drive), _points(parts)
-    found = quantities_of(parts, drive, doubted) | {
-        name: doubted(of) for name, of in points.items()
-    }
+    doubted, points = _of_fit(findings), _points(findings)
+    found = quantities_of(findings, doubted) | {name: doubted(of) for name, of in points.items()}
+    brake, circuit = findings.brake, findings.circuit
     share = 0.0 if circuit is None else circuit.torque_share
     doubts = (
-        {} if parts.brake is None else _stairs(found, parts.brake.top_nm),
+        {} if brake is None else _stairs(found, brake.top_nm),
         of_ticks(found, tick_s),
-        *_of_drives(found, drive, others),
+        *_of_drives(found, findings.drive, others),
         {name: share * of.value for name, of in found.items() if of.name.endswith(_OF_TORQUE)},
     )
     for doubt in doubts:
         found = {name: of.wider(doubt.get(name, 0.0)) for name, of in found.items()}
     sigmas = [found.pop(name).standard_uncertainty for name in points]
     of_circuit = {} if circuit is None else {of.name: of for of in circuit.quantities}
-    if parts.brake is None:
+    if brake is None:
         return Doubted(of_circuit | found)
     return Doubted(
         of_circuit | found,
-        parts.free.cogging.as_uncertain_as(found["cogging_nm"].standard_uncertainty),
-        parts.brake.curve.with_sigmas(sigmas),
+        findings.free.cogging.as_uncertain_as(found["cogging_nm"].standard_uncertainty),
+        brake.curve.with_sigmas(sigmas),
     )
 
 
-def _of_fit(parts: Parts, drive: Drive | None) -> Callable[[Quantity], Quantity]:
+def _of_fit(findings: Findings) -> Callable[[Quantity], Quantity]:
+    drive = findings.drive
     added = 0.0 if drive is None else _ADDED_SIGMA * drive.added_kg_m2
-    of_fit = (_bends(parts), {"inertia_kg_m2": added, "knob_inertia_kg_m2": added})
+    of_fit = (_bends(findings), {"inertia_kg_m2": added, "knob_inertia_kg_m2": added})
 
     def doubted(fit: Quantity) -> Quantity:
         for doubt in of_fit:
@@ -110,18 +101,20 @@ def _of_fit(parts: Parts, drive: Drive | None) -> Callable[[Quantity], Quantity]
     return doubted
 
 
-def _of_drives(found: Quantities, drive: Drive | None, others: _Others) -> Iterator[_Doubt]:
+def _of_drives(
+    found: Quantities, drive: Drive | None, others: Sequence[Findings]
+) -> Iterator[_Doubt]:
     """Give the errors of every current loop and of the simple one, then what others would give."""
     if drive is not None:
         for table in (LEFT_OUT_BY_DRIVE, {} if drive.predicts else LEFT_OUT_BY_SIMPLE_LOOP):
             yield {name: _left_out(of, table) for name, of in found.items()}
-    for other, its in others:
-        yield differences(found, quantities_of(its, other) | _points(its))
+    for other in others:
+        yield differences(found, quantities_of(other) | _points(other))
 
 
-def _points(parts: Parts) -> Quantities:
+def _points(findings: Findings) -> Quantities:
     """Give the points of the brake's curve as quantities."""
-    points = () if parts.brake is None else parts.brake.curve.points
+    points = () if findings.brake is None else findings.brake.curve.points
     return {
         f"brake_curve[{i}]": Quantity("brake_curve", of.torque_nm, of.sigma_nm)
         for i, of in enumerate(points)
@@ -133,9 +126,9 @@ def _left_out(quantity: Quantity, table: _Table) -> float:
     return math.hypot(share * quantity.value, least)
 
 
-def _bends(parts: Parts) -> _Doubt:
+def _bends(findings: Findings) -> _Doubt:
     """Give what cogging and bent shafts leave in the others: found on numbers 2000 to 2039."""
-    free, shaft = parts.free, parts.shaft
+    free, shaft = findings.free, findings.shaft
     bent = 0.0 if shaft.factor is None else abs(math.log(shaft.factor.value))
     wave, through = free.amplitude, free.through_shaft
     waves = [*free.cogging.periods_per_rev, 0][0]

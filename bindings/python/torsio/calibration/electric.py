@@ -22,11 +22,13 @@ import numpy.typing as npt
 
 from torsio.calibration.numeric import Solution, linear
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
+from torsio.printed.config import BoardConfig
 from torsio.printed.told import MotorCurrent
 
 __all__ = [
     "SUPPLY_CONFIGURED",
     "SUPPLY_METERED",
+    "Circuit",
     "Intervals",
     "Motor",
     "check_current",
@@ -269,6 +271,40 @@ class Motor:
     constant_sigma: float
     gain: Quantity
     fits: tuple[Fit, ...]
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """The motor's circuit as found.
+
+    Attributes
+    ----------
+    board
+        The configuration that is proposed.
+    torque_scale
+        The motor's torque over the torque that the board believes.
+    torque_share
+        How uncertain every torque is, as a share of it, in the measure of the proposed torque
+        constant.
+    """
+
+    quantities: tuple[Quantity, ...]
+    motor: Motor
+    board: BoardConfig
+    torque_scale: float
+    torque_share: float
+
+    def sigmas(self) -> dict[str, int]:
+        """Give what the device keeps of the uncertainties: thousandths, rounded up."""
+        found = self.motor
+        return {
+            f"sigma_{name}_permille": min(math.ceil(1e3 * of.standard_uncertainty / of.value), 255)
+            for name, of in (
+                ("motor_resistance", found.resistance),
+                ("motor_inductance", found.inductance),
+                ("motor_torque_constant", found.constant),
+            )
+        }
 
 
 def motor(

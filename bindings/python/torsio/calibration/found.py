@@ -5,28 +5,50 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from torsio.calibration.brake import Brake
 from torsio.calibration.drive import Drive
+from torsio.calibration.electric import Circuit
 from torsio.calibration.free import Free
 from torsio.calibration.play import Run
 from torsio.calibration.quantity import Quantity
 from torsio.calibration.shaft import Shaft
 
-__all__ = ["Known", "Parts", "Quantities", "Runs", "quantities_of"]
+__all__ = ["Findings", "Quantities", "Runs", "quantities_of"]
 
 # The brake's side has from none up to this share of all viscous friction, each value as likely.
 # Knob and brake turn alike in every experiment, so nothing tells them apart.
 _BRAKE_VISCOUS = 0.25
 
 
-@dataclass(frozen=True)
-class Parts:
-    """Findings of the steps, one by one."""
+_LATER: Any = None
 
-    free: Free
-    shaft: Shaft
+
+@dataclass(frozen=True)
+class Findings:
+    """Findings of the steps.
+
+    Attributes
+    ----------
+    turns
+        Run of the free knob, which later steps read again.
+    free, shaft
+        There once their steps are done; later ones need not ask.
+    brake
+        None after a look for drift.
+    circuit
+        None where the device measures no current.
+    drive
+        Source of the motor's torque; None if the motor gives what it is told.
+    """
+
+    turns: Run = _LATER
+    free: Free = _LATER
+    shaft: Shaft = _LATER
     brake: Brake | None = None
+    circuit: Circuit | None = None
+    drive: Drive | None = None
 
     @property
     def knob_inertia_kg_m2(self) -> float:
@@ -39,23 +61,6 @@ class Parts:
         """The brake's inertia over the shaft's stiffness."""
         brake_kg_m2 = max(self.free.inertia.value - self.knob_inertia_kg_m2, 0.0)
         return brake_kg_m2 / self.shaft.stiffness.value
-
-
-@dataclass(frozen=True)
-class Known:
-    """Findings of the steps so far, and the turns, which later steps read again."""
-
-    turns: Run | None = None
-    free: Free | None = None
-    shaft: Shaft | None = None
-    brake: Brake | None = None
-
-    @property
-    def parts(self) -> Parts:
-        """The findings once there are friction and shaft."""
-        assert self.free is not None
-        assert self.shaft is not None
-        return Parts(self.free, self.shaft, self.brake)
 
 
 Runs = tuple[Run, ...]
@@ -77,7 +82,7 @@ def _knob_viscous(viscous: Quantity) -> Quantity:
 
 
 def quantities_of(
-    parts: Parts, drive: Drive | None, doubted: Callable[[Quantity], Quantity] = lambda of: of
+    found: Findings, doubted: Callable[[Quantity], Quantity] = lambda of: of
 ) -> Quantities:
     """Give all quantities by name.
 
@@ -87,8 +92,8 @@ def quantities_of(
         Gives a fit's quantity with what the fit does not know. What is left when one is taken off
         another then has the doubts of both.
     """
-    free, shaft, brake = parts.free, parts.shaft, parts.brake
-    added = 0.0 if drive is None else drive.added_kg_m2
+    free, shaft, brake = found.free, found.shaft, found.brake
+    added = 0.0 if found.drive is None else found.drive.added_kg_m2
 
     def without_added(inertia: Quantity) -> Quantity:
         return doubted(replace(inertia, value=inertia.value - added))
@@ -98,23 +103,23 @@ def quantities_of(
         *map(doubted, (free.coulomb, free.viscous)),
     )
     knob_coulomb = doubted(shaft.knob_coulomb)
-    found = [
+    quantities = [
         *(inertia, coulomb, viscous, doubted(free.offset), _knob_viscous(viscous)),
         *(doubted(shaft.stiffness), doubted(shaft.backlash), knob_coulomb),
         *(doubted(of) for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
     if shaft.knob_inertia is not None:
         knob_inertia = without_added(shaft.knob_inertia)
-        found += [
+        quantities += [
             knob_inertia,
             inertia.less("brake_inertia_kg_m2", knob_inertia, "of pulleys and brake"),
         ]
     if brake is not None:
-        found.append(
+        quantities.append(
             coulomb.less("", knob_coulomb, "").less(
                 "brake_drag_nm", brake.left, "what the brake holds with no current, its loop aside"
             )
         )
         fits = (free.amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release)
-        found += map(doubted, fits)
-    return {of.name: of for of in found}
+        quantities += map(doubted, fits)
+    return {of.name: of for of in quantities}

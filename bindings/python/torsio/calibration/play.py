@@ -99,7 +99,7 @@ class Player:
     ----------
     drive
         Source of the motor's torque; None if the motor gives what it is told.
-    torque_share
+    torque_scale
         The motor's torque over the torque that the board believes, once that is known.
     """
 
@@ -109,7 +109,7 @@ class Player:
         self._tick_s = 1.0 / knob.info.control_rate_hz
         self._motor_lag_s = self._actuator.motor_time_constant_s
         self.drive: Drive | None = None
-        self.torque_share: float = 1.0
+        self.torque_scale: float = 1.0
         self.count_rad: float = 2.0 * np.pi / knob.info.counts_per_rev
 
     @classmethod
@@ -177,11 +177,11 @@ class Player:
         now = self.motor_current()
         if now.measured:
             constant = self._knob.board_config().motor_torque_constant_nm_per_a
-            self.torque_share = constant / now.torque_constant_nm_per_a
+            self.torque_scale = constant / now.torque_constant_nm_per_a
 
-    def known(self, log: Run) -> Run:
-        """Give a run from before `torque_share` was known as it is with it."""
-        told_nm = self.torque_share * log.told_nm
+    def rescaled(self, log: Run) -> Run:
+        """Give a run from before `torque_scale` and `drive` were known as it is with them."""
+        told_nm = self.torque_scale * log.told_nm
         log = replace(log, told_nm=told_nm, motor_nm=told_nm)
         return log if self.drive is None else log.driven_by(self.drive)
 
@@ -270,7 +270,7 @@ class Player:
         delay_s = 0.5 * self._tick_s + self._motor_lag_s
         motor_nm = log["motor_command_nm"].astype(np.float64)
         counts = log["position_counts"].astype(np.float64)
-        told_nm = self.torque_share * np.interp(time_s - delay_s, time_s, motor_nm)
+        told_nm = self.torque_scale * np.interp(time_s - delay_s, time_s, motor_nm)
         run = Run(
             time_s,
             counts,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from torsio.calibration.circuit import CircuitSteps
 from torsio.calibration.doubts import with_doubts
 from torsio.calibration.drive import Drive
-from torsio.calibration.found import Known, Parts, Runs
+from torsio.calibration.found import Findings, Runs
 from torsio.calibration.free import FAST_RAD_S, FREE_LIMIT_RAD_S
 from torsio.calibration.play import Player
 from torsio.calibration.proposal import Calibration, put_together
@@ -27,8 +27,8 @@ _BRAKE_SHARE = 0.95
 # Reasons that too small a torque may give.
 _OF_WEAKNESS = ("still", "inertia", "rigid")
 
-# The runs of a calibration, by what estimates from them.
-_Played = dict[Callable[[Runs, Known], Known], Runs]
+# What estimates from runs, and the runs, by what it finds.
+_Played = dict[str, tuple[Callable[[Runs, Findings], Findings], Runs]]
 
 
 def calibrate(
@@ -89,39 +89,41 @@ def calibrate(
                 electric = CircuitSteps(knob, **most, supply_v=supply_v)
             else:
                 player.believe_configured()
-            known, played = _play(steps_of(plan, electric), player, progress or (lambda _: None))
+            found, played = _play(steps_of(plan, electric), player, progress or (lambda _: None))
             seconds = player.seconds
     except Refusal as error:
         raise _with_cap(error, plan, control) from None
-    circuit = None if electric is None else electric.found
-    drive = player.drive
     # A refusal at the bound stands: nobody would know how far the value is from the truth.
-    others = [(one, _parts_of(played, one)) for one in (drive.others() if drive else ())]
-    tick_s = 1.0 / knob.info.control_rate_hz
-    found = with_doubts(known.parts, tick_s=tick_s, drive=drive, others=others, circuit=circuit)
-    return put_together(knob, actuator, known.parts, found, circuit, seconds, ambient_c)
+    drives = () if found.drive is None else found.drive.others()
+    others = [_under(drive, played) for drive in drives]
+    doubted = with_doubts(found, tick_s=1.0 / knob.info.control_rate_hz, others=others)
+    return put_together(knob, actuator, found, doubted, seconds, ambient_c)
 
 
 def _play(
     steps: Sequence[Step], player: Player, say: Callable[[str], object]
-) -> tuple[Known, _Played]:
+) -> tuple[Findings, _Played]:
     """Play all steps in their order, each with what those before it have found."""
-    known, played = Known(), {}
+    found, played = Findings(drive=player.drive), {}
     for step in steps:
-        say(step.name)
-        runs = step.play(player, known)
-        known = step.estimate(runs, known)
-        step.check(known)
-        played[step.estimate] = runs
-    return known, played
+        if step.name:
+            say(step.name)
+        runs = step.play(player, found)
+        found = step.estimate(runs, found)
+        step.check(found)
+        if step.finds:
+            played[step.finds] = step.estimate, runs
+        if found.circuit is not None:
+            player.torque_scale, player.drive = found.circuit.torque_scale, found.drive
+    return found, played
 
 
-def _parts_of(played: _Played, drive: Drive) -> Parts:
+def _under(drive: Drive, played: _Played) -> Findings:
     """Estimate all again from the runs as they are under another drive."""
-    known = Known()
-    for estimate, runs in played.items():
-        known = estimate(tuple(run.driven_by(drive) for run in runs), known)
-    return known.parts
+    found = Findings(drive=drive)
+    for estimate, runs in played.values():
+        found = estimate(tuple(run.driven_by(drive) for run in runs), found)
+    return found
 
 
 def _check_supply(knob: Knob, supply_v: float, *, drift: bool) -> None:

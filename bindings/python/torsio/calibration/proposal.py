@@ -14,10 +14,10 @@ import numpy as np
 
 from torsio import perception
 from torsio.calibration.brake_curve import BrakeCurve
-from torsio.calibration.circuit import MEASURED_OF_BOARD, Circuit
+from torsio.calibration.circuit import MEASURED_OF_BOARD
 from torsio.calibration.cogging import Cogging
 from torsio.calibration.doubts import Doubted
-from torsio.calibration.found import Parts
+from torsio.calibration.found import Findings
 from torsio.calibration.quantity import Fit, Quantity
 from torsio.calibration.shaft import Shaft
 from torsio.common import checks, notebook
@@ -274,14 +274,14 @@ def _conditions(
 def put_together(
     knob: Knob,
     actuator: ActuatorConfig,
-    parts: Parts,
+    findings: Findings,
     found: Doubted,
-    circuit: Circuit | None,
     seconds: float,
     ambient_c: float | None,
 ) -> Calibration:
     """Propose what was found."""
-    free, shaft, brake, quantities = parts.free, parts.shaft, parts.brake, found.quantities
+    shaft, brake, circuit = findings.shaft, findings.brake, findings.circuit
+    quantities = found.quantities
     values, sigmas = _proposed(actuator, quantities)
     sigmas |= _sigmas_of_knee(quantities)
     board = knob.board_config()
@@ -310,7 +310,7 @@ def put_together(
         calibrated_rate_hz=knob.info.control_rate_hz,
         **sigmas,
     )
-    fits = (*free.fits, *shaft.fits, *(brake.fits if brake is not None else ()))
+    fits = (*findings.free.fits, *shaft.fits, *(brake.fits if brake is not None else ()))
     return Calibration(
         quantities,
         proposed,

@@ -8,7 +8,7 @@ from typing import Any
 
 from torsio.calibration.brake import estimate_brake, hold_and_let_go, slip
 from torsio.calibration.circuit import ELECTRIC_STEPS, CircuitSteps
-from torsio.calibration.found import Known, Parts, Runs
+from torsio.calibration.found import Findings, Runs
 from torsio.calibration.free import SLOW_S, estimate_free, spin, through_shaft
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Refusal
@@ -35,19 +35,22 @@ class Step:
     Attributes
     ----------
     name
-        As `progress` hears it.
+        As `progress` hears it; empty for one that belongs to the step before.
     play
-        Moves the knob, by what is known, and gives the runs.
+        Moves the knob, by what is found, and gives the runs.
     estimate
-        Adds to the known what the runs tell.
+        Adds to the findings what the runs tell.
     check
         Refuses what cannot be.
+    finds
+        What it estimates from runs alone; a later step takes the place of an earlier one.
     """
 
     name: str
-    play: Callable[[Player, Known], Runs]
-    estimate: Callable[[Runs, Known], Known] = lambda _, known: known
-    check: Callable[[Known], object] = lambda _: None
+    play: Callable[[Player, Findings], Runs]
+    estimate: Callable[[Runs, Findings], Findings] = lambda _, found: found
+    check: Callable[[Findings], object] = lambda _: None
+    finds: str = ""
 
 
 @dataclass(frozen=True)
@@ -65,24 +68,24 @@ class Plan:
         """Duration of the slow turns."""
         return 0.8 if self.drift else SLOW_S
 
-    def signs(self, player: Player, _: Known) -> Runs:
+    def signs(self, player: Player, _: Findings) -> Runs:
         """All steps shall find the brake as it is left, whether it was used before or not."""
         hold_and_let_go(player, self.brake_nm, STEPS[0])
         find_signs(player, self.motor_nm, self.actuator.knob_inertia_kg_m2)
         return ()
 
-    def spin(self, player: Player, _: Known) -> Runs:
+    def spin(self, player: Player, _: Findings) -> Runs:
         """Turn the free knob."""
         return (spin(player, self.motor_nm, slow_s=self.slow_s),)
 
-    def free(self, runs: Runs, _: Known) -> Known:
+    def free(self, runs: Runs, found: Findings) -> Findings:
         """Estimate friction and inertia."""
-        return Known(runs[0], estimate_free(runs[0], slow_s=self.slow_s))
+        free = estimate_free(runs[0], slow_s=self.slow_s)
+        return replace(found, turns=runs[0], free=free)
 
-    def check_inertia(self, known: Known) -> None:
+    def check_inertia(self, found: Findings) -> None:
         """Refuse an inertia far from the configured one."""
-        assert known.free is not None
-        inertia, knob_alone = known.free.inertia.value, self.actuator.knob_inertia_kg_m2
+        inertia, knob_alone = found.free.inertia.value, self.actuator.knob_inertia_kg_m2
         if not knob_alone / _PLAUSIBLE < inertia < 2.0 * _PLAUSIBLE * knob_alone:
             raise Refusal(
                 STEPS[1], "inertia", f"all that turns has {inertia:.2e} kg m^2, but "
@@ -91,30 +94,27 @@ class Plan:
                 "the configuration",
             )  # fmt: skip
 
-    def _most(self, known: Known) -> dict[str, Any]:
-        assert known.free is not None
-        coulomb_nm = known.free.coulomb.value
+    def _most(self, found: Findings) -> dict[str, Any]:
+        coulomb_nm = found.free.coulomb.value
         return {"motor_nm": self.motor_nm, "brake_nm": self.brake_nm, "coulomb_nm": coulomb_nm}
 
-    def push(self, player: Player, known: Known) -> Runs:
+    def push(self, player: Player, found: Findings) -> Runs:
         """Push against the held brake."""
-        return hold_and_push(player, **self._most(known), drift=self.drift)
+        return hold_and_push(player, **self._most(found), drift=self.drift)
 
-    def shaft(self, runs: Runs, known: Known) -> Known:
+    def shaft(self, runs: Runs, found: Findings) -> Findings:
         """Estimate the shaft, then the cogging through it, and the shaft with that cogging."""
-        free, (pulls, steps) = known.free, runs
-        assert free is not None
-        assert known.turns is not None
+        free, (pulls, steps) = found.free, runs
         shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
         if free.cogging.periods_per_rev:
-            parts = Parts(free, shaft, None)
-            free = through_shaft(free, known.turns, parts.flexible_s2, parts.knob_inertia_kg_m2)
+            first = replace(found, shaft=shaft)
+            free = through_shaft(free, found.turns, first.flexible_s2, first.knob_inertia_kg_m2)
             shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
-        return replace(known, free=free, shaft=shaft)
+        return replace(found, free=free, shaft=shaft)
 
-    def check_cogging(self, known: Known) -> None:
+    def check_cogging(self, found: Findings) -> None:
         """Refuse waves that the turns did not tell."""
-        free, shaft = known.parts.free, known.parts.shaft
+        free, shaft = found.free, found.shaft
         if self.drift:
             return
         if free.amplitude.value > _LEAST_WAVE_NM and free.through_shaft > _SEEN_THROUGH_SHAFT:
@@ -130,34 +130,34 @@ class Plan:
                 residual_nm=shaft.shape_nm,
             )  # fmt: skip
 
-    def slip(self, player: Player, known: Known) -> Runs:
+    def slip(self, player: Player, found: Findings) -> Runs:
         """Relax the shaft, and turn the knob through the brake."""
         hold_and_let_go(player, self.brake_nm)
-        return (slip(player, **self._most(known)),)
+        return (slip(player, **self._most(found)),)
 
-    def brake(self, runs: Runs, known: Known) -> Known:
+    def brake(self, runs: Runs, found: Findings) -> Findings:
         """Estimate the brake."""
-        parts = known.parts
         brake = estimate_brake(
-            runs[0], parts.free, parts.flexible_s2, demagnetised=self.demagnetised
+            runs[0], found.free, found.flexible_s2, demagnetised=self.demagnetised
         )
-        return replace(known, brake=brake)
+        return replace(found, brake=brake)
 
 
 def steps_of(plan: Plan, electric: CircuitSteps | None) -> list[Step]:
     """Give the steps in their order; the electrical ones lie between the others."""
     signs = Step(STEPS[0], plan.signs)
-    turn = Step(STEPS[1], plan.spin, plan.free, plan.check_inertia)
-    push = Step(STEPS[2], plan.push, plan.shaft, plan.check_cogging)
+    turn = Step(STEPS[1], plan.spin, plan.free, plan.check_inertia, finds="free")
+    push = Step(STEPS[2], plan.push, plan.shaft, plan.check_cogging, finds="shaft")
     if plan.drift:
         return [signs, turn, push]
-    rest = [push, Step(STEPS[3], plan.slip, plan.brake)]
+    rest = [push, Step(STEPS[3], plan.slip, plan.brake, finds="brake")]
     if electric is None:
         return [signs, turn, *rest]
     sensor, turning, holding = ELECTRIC_STEPS
     return [
         *(Step(sensor, electric.look), signs, Step(turning, electric.turn)),
         Step(turn.name, turn.play, turn.estimate),  # in torques that may be wrong
-        replace(turn, name=holding, play=electric.hold),
+        Step(holding, electric.hold, electric.circuit),
+        replace(turn, name="", play=electric.turns),
         *rest,
     ]
