@@ -217,7 +217,7 @@ class Knob:
     def _arm(self) -> None:
         self._recording.note("arm")  # before the torque: it may raise
         self._knob.arm()
-        self._recording.awaits_arm = False
+        self._recording.armed()
 
     def _is_held_low(self) -> bool:
         return moves_parts(self.info.board) and self.limits().held_low
@@ -230,8 +230,7 @@ class Knob:
     def stop(self) -> None:
         """Torque off, and the scene is emptied."""
         self._knob.stop()
-        self._recording.awaits_arm = False
-        self._recording.note("stop")
+        self._recording.stopped()
 
     def zero(self) -> None:
         """Make this position angle 0. Raises `Refused` unless disarmed."""
@@ -255,6 +254,7 @@ class Knob:
 
     play.__doc__ = KnobScenes.play.__doc__
 
+    # `of_part` puts the part's method in the place of an empty body like these.
     @of_part("_scenes", KnobScenes.stable_stiffness)
     def stable_stiffness(self) -> None: ...
 

@@ -7,7 +7,7 @@ import platform
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -54,19 +54,13 @@ class _DeviceClock:
 
 
 class KnobRecording:
-    """The file that an open knob's methods write to, if there is a recording.
-
-    Attributes
-    ----------
-    awaits_arm
-        A scene was played, and `arm` was not called since.
-    """
+    """The file that an open knob's methods write to, if there is a recording."""
 
     def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool, time_waits: bool) -> None:
         self._knob = knob
         self._time_waits = time_waits
         self._logs_inputs = logs_inputs
-        self.awaits_arm: bool = False
+        self._awaits_arm = False  # a scene was played, and the knob was not armed since
         self._disarm_before: dict[str, Any] | None = None
         self._scene: Any = None  # the last one of this program
         self._file: RecordingFile | None = None
@@ -156,20 +150,33 @@ class KnobRecording:
 
     def note(self, kind: str, **values: Any) -> None:
         """Write down what was asked of the knob."""
-        if kind == "play":
-            self._scene = values["scene"]
         if self._file is not None:
             self._file.note_order(kind, **values)
+
+    def played(self, scene: Sequence[Any], *, is_disarmed: bool) -> None:
+        """Hear that a scene plays."""
+        self._awaits_arm = bool(scene) and is_disarmed
+        self._scene = scene
+        self.note("play", scene=scene)
+
+    def armed(self) -> None:
+        """Hear that the torque is on; `note` writes the order down before it is sent."""
+        self._awaits_arm = False
+
+    def stopped(self) -> None:
+        """Hear that torque and scene are gone."""
+        self._awaits_arm = False
+        self.note("stop")
 
     def warn_if_never_armed(self) -> None:
         """Say so, once for each scene, when a reading has come to its end or was left early.
 
         A program that plays no scene, or armed it before, wants a knob without torque.
         """
-        if not self.awaits_arm or sys.exc_info()[0] not in (None, GeneratorExit):
+        if not self._awaits_arm or sys.exc_info()[0] not in (None, GeneratorExit):
             return
         if self._knob.is_open and self._knob.state == "disarmed":
-            self.awaits_arm = False
+            self._awaits_arm = False
             knob_warnings.warn(knob_warnings.never_armed())
 
     def start_telemetry(self, rate_hz: float | None, prompt: bool) -> float:

@@ -64,8 +64,7 @@ class KnobScenes:
                 scene = list(islice(scene, _MAX_EFFECTS + 1))
             effects = list(scene) if isinstance(scene, Iterable) else [scene]
         swings, is_disarmed = self._knob.play(scene)
-        self._recording.awaits_arm = bool(effects) and is_disarmed
-        self._recording.note("play", scene=effects)
+        self._recording.played(effects, is_disarmed=is_disarmed)
         if swings:
             warn(StiffnessWarning(swings))
         for odd in unlikely(effects, lambda: Limits(**self._knob.limits())):
