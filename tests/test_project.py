@@ -60,7 +60,7 @@ LATE = {
     # Optional packages, and our modules that need one ...
     *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow", "zstandard"),
     *("mujoco", "mujoco.rollout", "pydrake.all", "distributed"),
-    *("torsio.apps.cli", "torsio.studio.server", "torsio.studio.watching"),
+    *("torsio.apps.cli", "torsio.studio.server", "torsio.studio.live_page"),
     *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.apps.stability_figure"),
     *("torsio.common.plots", "torsio.trading.figure", "torsio_studies.enclosure.balls"),
     "torsio.apps",  # by the fixtures of pytest

@@ -1,4 +1,4 @@
-"""`torsio.studio.watch`: pages look on at a knob that a program drives, and can change nothing."""
+"""`torsio.live`: pages look on at a knob that a program drives, and can change nothing."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from tests.faults.lines import Injection
 from tests.python import wire
 from tests.python.game import CONSTANT, Game
 from tests.studio.browser import PAGE, opened, served, settled, state_is
+from torsio.studio.live_page import LivePage
 from torsio.studio.server import Server
-from torsio.studio.watching import Watch
 
 WRITE, INPUT, GET, SET, GOT, STALLED, HAVE = 0, 1, 2, 3, 4, 5, 7
 IDENTITY, NO_REPORT = 0x01, 0x7F
@@ -38,12 +38,12 @@ def knob() -> Iterator[torsio.Knob]:
 
 
 @pytest.fixture
-def watch(knob: torsio.Knob) -> Iterator[Watch]:
-    with torsio.studio.watch(knob, page=PAGE) as watch:
+def watch(knob: torsio.Knob) -> Iterator[LivePage]:
+    with torsio.studio.live(knob, page=PAGE) as watch:
         yield watch
 
 
-def _socket(watch: Watch) -> ClientConnection:
+def _socket(watch: LivePage) -> ClientConnection:
     url = urlsplit(watch.address)
     assert url.hostname == "127.0.0.1"
     return connect(f"ws://{url.netloc}/knob?{url.query}", origin=Origin(f"http://{url.netloc}"))
@@ -72,7 +72,7 @@ def _reason_of_end(socket: ClientConnection) -> str:
 
 
 def test_onlookers_get_what_the_program_gets_and_each_the_same(
-    knob: torsio.Knob, watch: Watch
+    knob: torsio.Knob, watch: LivePage
 ) -> None:
     with _socket(watch) as first, _socket(watch) as second:
         for socket in (first, second):
@@ -117,7 +117,7 @@ def test_close_waits_for_the_server_also_after_an_interrupted_close(
     for at in itertools.count():
         done.clear()
         watch, injection = (
-            torsio.studio.watch(knob, page=tmp_path),
+            torsio.studio.live(knob, page=tmp_path),
             Injection(at, KeyboardInterrupt),
         )
         with contextlib.suppress(KeyboardInterrupt), injection.active():
@@ -130,7 +130,7 @@ def test_close_waits_for_the_server_also_after_an_interrupted_close(
 
 @pytest.mark.parametrize("kind", [WRITE, SET])
 def test_page_that_writes_is_shown_the_door_and_the_knob_stays_as_it_was(
-    knob: torsio.Knob, watch: Watch, kind: int
+    knob: torsio.Knob, watch: LivePage, kind: int
 ) -> None:
     disarm = wire.encode("command", {"sequence": 1, "axis": 0, "op": "disarm"})
     knob.arm()
@@ -143,7 +143,7 @@ def test_page_that_writes_is_shown_the_door_and_the_knob_stays_as_it_was(
 
 
 def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
-    browser: Browser, knob: torsio.Knob, watch: Watch
+    browser: Browser, knob: torsio.Knob, watch: LivePage
 ) -> None:
     with opened(browser, watch.address) as page:
         state_is(page, "disarmed")
@@ -193,7 +193,7 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
 
 
 def test_page_sees_what_the_program_configures(
-    browser: Browser, knob: torsio.Knob, watch: Watch
+    browser: Browser, knob: torsio.Knob, watch: LivePage
 ) -> None:
     with opened(browser, watch.address) as page:
         expect(page.locator("#message")).to_contain_text("streams no telemetry")
@@ -226,7 +226,7 @@ def test_notebook_shows_the_page_in_a_frame(
 
 def test_watch_that_is_closed_ends_its_pages_and_leaves_the_knob(knob: torsio.Knob) -> None:
     knob.arm()
-    watch = torsio.studio.watch(knob, page=PAGE)
+    watch = torsio.studio.live(knob, page=PAGE)
     with _socket(watch) as socket:
         socket.recv(timeout=30)
         with ThreadPoolExecutor() as pool:
@@ -236,10 +236,10 @@ def test_watch_that_is_closed_ends_its_pages_and_leaves_the_knob(knob: torsio.Kn
     assert knob.state == "armed"
 
 
-def test_port_in_use_and_missing_page_are_named(knob: torsio.Knob, watch: Watch) -> None:
+def test_port_in_use_and_missing_page_are_named(knob: torsio.Knob, watch: LivePage) -> None:
     port = urlsplit(watch.address).port
     assert port is not None
     with pytest.raises(torsio.Error, match=f"port {port} of this machine is in use"):
-        torsio.studio.watch(knob, page=PAGE, port=port)
+        torsio.studio.live(knob, page=PAGE, port=port)
     with pytest.raises(torsio.Error, match="the page is not in '/nowhere'"):
-        torsio.studio.watch(knob, page="/nowhere")
+        torsio.studio.live(knob, page="/nowhere")

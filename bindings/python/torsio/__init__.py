@@ -53,7 +53,7 @@ from torsio.printed.told import Event, ListedDevice
 from torsio.recordings.file import RecordingFile
 from torsio.recordings.loading import Recorded, load
 from torsio.recordings.replaying import replay
-from torsio.studio import watch as live
+from torsio.studio import live
 from torsio.telemetry import TELEMETRY_DTYPE
 from torsio.trading import trade
 

@@ -1,6 +1,6 @@
 """The studio's bridge: a page in a browser sees and drives a knob that Python holds.
 
-`watch` lets a page look on while a program drives its knob; ``torsio studio`` hands the knob to the
+`live` lets a page look on while a program drives its knob; ``torsio studio`` hands the knob to the
 page. Both need the extra ``studio``. See docs/reference/studio.md.
 """
 
@@ -16,12 +16,12 @@ from torsio.knob import Knob, need_knob
 from torsio.studio.page import page_folder
 
 if TYPE_CHECKING:
-    from torsio.studio.watching import Watch
+    from torsio.studio.live_page import LivePage
 
-__all__ = ["page_folder", "watch"]
+__all__ = ["live", "page_folder"]
 
 
-def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch:
+def live(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> LivePage:
     """Let pages of this machine look on at a knob that this program drives.
 
     They see state, telemetry as the program streams it, faults and configuration, and can change
@@ -38,7 +38,7 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
 
     Returns
     -------
-    Watch
+    LivePage
         Its ``address`` is to be opened in a browser; ``close()`` it, or use ``with``. A notebook of
         this machine shows the page.
 
@@ -50,7 +50,7 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
     need_knob(knob)
     checks.whole("port", port, 0, 65535)
     try:
-        from torsio.studio.watching import Watch
+        from torsio.studio.live_page import LivePage
     except ModuleNotFoundError as error:
         raise Error(lacking("the studio", "studio", error)) from None
-    return Watch(knob, page_folder(page), port)
+    return LivePage(knob, page_folder(page), port)

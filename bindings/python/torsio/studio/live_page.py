@@ -27,7 +27,7 @@ from torsio.studio.bridge import (
 )
 from torsio.studio.server import Server, pass_on
 
-__all__ = ["Watch"]
+__all__ = ["LivePage"]
 
 _CLOSED: Final = "the program has closed its knob"
 
@@ -70,8 +70,8 @@ class _Onlooker:
             return bytes([STALLED])
 
 
-class Watch:
-    """A server of pages that look on; made by `torsio.studio.watch`.
+class LivePage:
+    """A server of pages that look on; made by `torsio.live`.
 
     Closing it leaves the knob as it is.
     """
@@ -115,8 +115,8 @@ class Watch:
         self._server.should_exit = True
         self._worker.join()
 
-    def __enter__(self) -> Watch:
-        """Give the watch itself."""
+    def __enter__(self) -> LivePage:
+        """Give the server itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
