@@ -19,6 +19,8 @@ __all__ = ["KNOB_CHECKS", "limits_text", "missing"]
 _DRIFT_LIMIT_PPM = 200.0
 # USB takes 1 to 3 ms for a command and its answer.
 _SLOW_ROUND_TRIP_S = 10e-3
+# Fewer may come from a hand that turns the knob in many scenes (`./dev bench beliefs`).
+UNEXPECTED_SWINGS = 8
 
 _HOW_TO_CONFIRM = (
     "set the values of motor, brake and encoder (docs/how-to/first-power.md), then "
@@ -252,8 +254,8 @@ def check_beliefs(facts: KnobFacts) -> Finding:
     """See whether ordinary use has shown that the configured values no longer hold."""
     swings = facts.after.unexpected_swings
     values = {"unexpected_swings": swings}
-    if swings == 0:
-        text = "no swing has lasted that the configured values do not explain"
+    if swings < UNEXPECTED_SWINGS:
+        text = f"{swings} swings have lasted that the configured values do not explain: few enough"
         return Finding("beliefs", True, text, values=values)
     return Finding(
         "beliefs",
