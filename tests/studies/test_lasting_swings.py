@@ -294,6 +294,16 @@ def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, .
     assert not breaks(case, measure([options])[0])
 
 
+def test_some_that_the_search_found_last_under_the_law_compensated() -> None:
+    """It has neither bound nor trust, so what is found can tell laws apart."""
+    lasting = 0
+    for number, values in FOUND[:4]:
+        case, options = found(number, values)
+        compensated = replace(options, control=replace(options.control, law="compensated"))
+        lasting += breaks(case, measure([compensated])[0])
+    assert lasting > 0
+
+
 # A curve that goes on at its end and asks there for 0.2 and 0.03 mN m more than friction and drag.
 SLIDES = (
     (1180, (1.57925, 1.1095, 0.714595, 1.10723, 0.505419, 0.708907, 1.27387, 1.19035, 1.1828,
