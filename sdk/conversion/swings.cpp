@@ -31,6 +31,8 @@ constexpr double kSlowestRadS = 5.0;
 constexpr double kWidestRad = 2.0;
 // As in core/stability.hpp, for what a describing function leaves out.
 constexpr double kTrusted = 0.84;
+// Of virtual inertia; friction ends what the rest would make hum.
+constexpr double kHeardInertia = 0.05;
 
 /// The steepest that an effect gets, if it is a spring or none; without end otherwise.
 double slope_of(const core::Effect& effect) {
@@ -53,16 +55,13 @@ double slope_of(const core::Effect& effect) {
       effect);
 }
 
-/// @returns false if the bytes are not this report
+/// A law that bounds makes safe all of a scene that depends on the angle alone: that is taken away.
+/// @returns false if the bytes are not this report, or nothing of it is to be judged
 template <class Report>
-bool read_as(const protocol::ReportBytes& bytes, Report& report) {
-  return bytes[0] == protocol::Layout<Report>::id && protocol::decode(bytes, report).ok();
-}
-
-/// Takes away what a law that bounds makes safe: all that depends on the angle alone.
-/// @returns whether anything is left
-template <class Report>
-bool leave_unbounded(Report& report) {
+bool read_as(const protocol::ReportBytes& bytes, Report& report, bool bounds = false) {
+  if (bytes[0] != protocol::Layout<Report>::id || !protocol::decode(bytes, report).ok())
+    return false;
+  if (!bounds || std::is_same_v<Report, protocol::LocalModel>) return true;
   if constexpr (requires { report.damping_nm_s_per_rad; }) {
     if constexpr (requires { report.stiffness_nm_per_rad; }) report.stiffness_nm_per_rad = 0.0F;
     return report.damping_nm_s_per_rad != 0.0F;
@@ -76,10 +75,8 @@ double slope_of(std::span<const protocol::ReportBytes> reports, const core::Reso
   double sum = 0.0;
   const auto add = [&]<class Report>(const protocol::ReportBytes& bytes, Report& report) {
     core::Effect effect;
-    if (read_as(bytes, report) && (!bounds || leave_unbounded(report)) &&
-        device::prepare(report, resolution, effect).ok()) {
+    if (read_as(bytes, report, bounds) && device::prepare(report, resolution, effect).ok())
       sum += slope_of(effect);
-    }
   };
   for (const protocol::ReportBytes& bytes : reports) {
     protocol::LocalModel local;
@@ -99,8 +96,7 @@ double friction_nm_per_rad(const core::Parts& parts, double swing_rad) {
   return kTrusted * 8.0 / kTwoPi * double{parts.knob_coulomb_nm} / swing_rad;
 }
 
-/// What a count must switch, to either side, before few weights find a place to rest. Virtual
-/// inertia has no part in it: friction ends such a hum nearly always.
+/// What a count must switch, to either side, before few weights find a place to rest.
 double heard_nm(const core::Parts& parts) { return 1.2 * double{parts.knob_coulomb_nm}; }
 
 /// From one tone to the next; the last is half the control's rate.
@@ -176,10 +172,7 @@ class Played {
  private:
   template <class Report>
   void take(const protocol::ReportBytes& bytes, Report& report) {
-    if (!read_as(bytes, report)) return;
-    if constexpr (!std::is_same_v<Report, protocol::LocalModel>) {
-      if (bounds_ && !leave_unbounded(report)) return;
-    }
+    if (!read_as(bytes, report, bounds_)) return;
     plays = true;
     protocol::Layout<Report>::fields.apply(
         [&](const auto&... field) { (look_at(field.name, report.*field.member), ...); });
@@ -211,7 +204,7 @@ class Played {
   }
 
   core::Resolution resolution_;
-  bool bounds_;  // the law
+  bool bounds_;
   std::unique_ptr<core::Scene> scene_ = std::make_unique<core::Scene>();
   protocol::LocalModel local_report_;
   core::LocalModel local_;
@@ -246,7 +239,7 @@ class Loop {
     const double count_rad = double{parts_.rad_per_count};
     const Swing swing = make_swing(2.0 / std::numbers::pi * count_rad, true);
     return std::any_of(tones_.begin(), tones_.end(), [&](Tone tone) {
-      tone.acceleration = 0.0;
+      tone.acceleration *= kHeardInertia;
       const Complex pushes_nm = swing.rad * follow(swing, tone) * tone.late;
       const double wide_rad =
           pushes_nm.real() / (double{parts_.knob_inertia_kg_m2} * tone.rad_s * tone.rad_s);
