@@ -17,6 +17,10 @@ namespace {
   if (absolute(spring_nm) > certain_torque(state, params, capacity_nm)) {
     judge_ringing(state.bound, spring_nm, state.tick);
   }
+  // Slower than that is every hand.
+  if (state.tick % 256 == 0 && state.bound.share < 1.0F) {
+    watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
+  }
 }
 
 /// Senses the spring's torque with a known brake, and keeps the ledger.

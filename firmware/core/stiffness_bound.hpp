@@ -21,6 +21,7 @@ struct BoundParams {
   float quiet_share = 1;            // of it with which a count switches less than friction holds
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
   std::uint32_t noise_ticks = 0;    // a shorter one may be the encoder's noise under a slow hand
+  float held_nm = 0;                // a knob that is let off may rest against this much
 };
 
 /// Share of the stable stiffness.
@@ -47,6 +48,7 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, const Res
       smaller(larger(friction_nm / params.slope_nm_per_count, params.least_share), 1.0F);
   params.flicker_ticks = round_to_u32(1.0F / resolution.period_s);
   params.noise_ticks = round_to_u32(0.05F / resolution.period_s);
+  params.held_nm = 1.5F * friction_nm;
   return params;
 }
 
@@ -75,9 +77,12 @@ struct BoundState {
   std::uint32_t unexpected_swings = 0;  // that lasted in scenes that the parts could render
   bool new_scene = true;                // the next change does not come from the knob's motion
   float asked_nm = 0;                   // at the last tick: while `on_line`
-  float line_nm = 0;     // the torque of the spring that bounds, which may be beyond what is asked
-  float in_time_nm = 0;  // its part that does not come from the knob's motion
-  bool rang_up = false;  // which way the sensed torque last went beyond what the motor may take up
+  float line_nm = 0;      // the torque of the spring that bounds, which may be beyond what is asked
+  float begin_nm = 0;     // where it begins
+  float line_counts = 0;  // the knob's way from there
+  float rest_counts = 0;  // the same, less what may be a flicker
+  float in_time_nm = 0;   // its part that does not come from the knob's motion
+  bool rang_up = false;   // which way the sensed torque last went beyond what the motor may take up
   std::uint32_t rings = 0;      // in a row that it did so to and fro
   std::uint32_t ring_tick = 0;  // of the last one
 };
@@ -129,25 +134,58 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
+/// The stiffest bound that still leads the knob back to where the line begins: a stiffer one would
+/// leave it inside a wall, and the next press would begin there.
+constexpr float most_share(const BoundState& state) {
+  if (!state.on_line) return 1.0F;
+  const float risen_nm = absolute(state.line_nm - state.begin_nm);
+  const float most_nm = state.params.slope_nm_per_count * absolute(state.line_counts);
+  return risen_nm < most_nm ? larger(state.share, risen_nm / most_nm) : 1.0F;
+}
+
 /// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
 /// knob's own is as slow.
 /// @returns whether it was a hand's
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
-  set_share(state, 1.0F);
+  set_share(state, most_share(state));
   if (is_slower(state, now, state.params.slow_ticks)) state.trust = 1.0F;
   return true;
 }
 
+/// A knob that goes on is led by a hand.
+/// @returns whether it does so
+constexpr bool goes_on(BoundState& state, std::uint32_t now) {
+  if (state.swing_counts - state.flicker_counts <= kRestCounts) return false;
+  begin_touch(state, now);
+  state.flickers = 0;
+  state.flicker_counts = state.swing_counts;
+  return true;
+}
+
+/// Once a hand has let off, friction alone holds the knob. The next press is a new touch, and its
+/// line begins here.
+constexpr void let_off(BoundState& state, std::uint32_t now) {
+  const float risen_nm = state.line_nm - state.begin_nm;
+  const bool outwards = static_cast<float>(state.way) * asked_torque(state) > 0.0F;
+  if (!outwards || state.flickered || absolute(risen_nm) > state.params.held_nm) return;
+  if (!begin_touch(state, now)) return;
+  set_share(state, 1.0F);
+  state.line_counts = -risen_nm / state.slope_nm_per_count;
+}
+
+/// Out of line: the bound is seldom low.
+[[gnu::noinline]] constexpr void watch_hand(BoundState& state, std::uint32_t now) {
+  goes_on(state, now);
+  let_off(state, now);
+}
+
 /// The count has changed and changed back. A knob that does so for ever is driven from count to
 /// count by the torque that a count switches. That is made less than friction holds. The trust is
-/// left alone: it leaps, and a soft hand would follow as if it touched the knob anew. A knob that
-/// goes on is led by a hand.
+/// left alone: it leaps, and a soft hand would follow as if it touched the knob anew.
 /// @returns whether the count flickers still: it may be noise or the sensor's steps, and is held
 constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
-  const bool goes_on = state.swing_counts - state.flicker_counts > kRestCounts;
-  if (goes_on) begin_touch(state, now);
-  if (goes_on || now - state.flicker_tick > state.params.flicker_ticks) {
+  if (!goes_on(state, now) && now - state.flicker_tick > state.params.flicker_ticks) {
     state.flickers = 0;
     state.flicker_counts = state.swing_counts;
   }
@@ -231,28 +269,56 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   return false;
 }
 
+/// The way out leads straight back to where the line begins, however the way in was bent. Near
+/// where the knob was deepest it is as soft as the bound, for the knob may rest there.
+constexpr float way_out(BoundState& state, float spring_nm, float moved_counts) {
+  const float left_counts = absolute(state.line_counts + moved_counts) + kRestCounts;
+  if (left_counts >= state.rest_counts) return spring_nm;
+  state.rest_counts = left_counts;
+  const float chord_nm = (state.line_nm - state.begin_nm) * moved_counts / state.line_counts;
+  return spring_nm > 0.0F ? larger(chord_nm, spring_nm) : smaller(chord_nm, spring_nm);
+}
+
 /// The allowed torque once the scene's torque has changed more steeply than the bound. It changes
 /// by the part that follows time, and by the torque of a spring as stiff as the bound for this
 /// tick's motion. It never has the other sign, and never exceeds the scene's torque. Torque that
 /// was left out is never added at rest: that would be energy from nowhere. The spring's line goes
 /// on beyond the scene's torque, so the way back meets that torque at the same place. Otherwise the
-/// way back would give what the way in left out. Out of line: a clean wall never comes here.
+/// way back would give what the way in left out. The line ends where it began. Out of line: a clean
+/// wall never comes here.
 [[gnu::noinline]] constexpr float follow_bound(BoundState& state, float asked_nm, float timed_nm,
-                                               float spring_nm) {
+                                               float moved_counts) {
+  const float spring_nm = -state.slope_nm_per_count * moved_counts;
   const float before_nm = state.on_line ? state.asked_nm : state.last_nm;
   const float excess_nm = asked_nm - before_nm - timed_nm - spring_nm;
   float line_nm = before_nm;
   // Where it is steep again the line begins anew, if it is beyond.
   const bool beyond = absolute(state.line_nm) > absolute(before_nm);
-  if (state.on_line && !(beyond && excess_nm * spring_nm > 0.0F)) line_nm = state.line_nm;
-  line_nm += timed_nm + spring_nm;
+  float way_nm = spring_nm;
+  if (state.on_line && !(beyond && excess_nm * spring_nm > 0.0F)) {
+    line_nm = state.line_nm;
+    way_nm = way_out(state, spring_nm, moved_counts);
+  } else {
+    state.begin_nm = before_nm;
+    state.line_counts = state.rest_counts = 0.0F;
+  }
+  line_nm += timed_nm + way_nm;
+  state.begin_nm += timed_nm;
+  state.line_counts += moved_counts;
+  state.rest_counts = larger(state.rest_counts, absolute(state.line_counts));
+  const float begin_nm = absolute(state.begin_nm);
+  const float past_nm = state.slope_nm_per_count * (absolute(state.line_counts) + 0.1F);
+  const bool ends = state.line_counts * asked_nm >= 0.0F && moved_counts != 0.0F &&
+                    absolute(line_nm - way_nm) > 0.99F * begin_nm &&
+                    absolute(asked_nm) < begin_nm + past_nm;
   if (line_nm * asked_nm <= 0.0F) line_nm = 0.0F;
+  if (before_nm * asked_nm < 0.0F) state.begin_nm = state.line_counts = state.rest_counts = 0.0F;
   // A torque that is not finite is a fault. The bound must not keep it.
-  if (!is_finite(asked_nm + line_nm)) line_nm = asked_nm;
+  if (ends || !is_finite(asked_nm + line_nm)) line_nm = asked_nm;
   const float given_nm = absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
   state.asked_nm = asked_nm;
   state.line_nm = line_nm;
-  state.on_line = is_finite(asked_nm) && asked_nm != 0.0F;
+  state.on_line = is_finite(asked_nm) && asked_nm != 0.0F && !ends;
   state.bounded = given_nm != asked_nm;
   state.was_bounded = state.was_bounded || state.bounded;
   state.last_nm = state.on_line ? kNoNumber : asked_nm;
@@ -272,7 +338,7 @@ constexpr float bound_stiffness(BoundState& state, float asked_nm, float timed_n
   // Not "< 0": NaN is not gentle either.
   const bool gentle = excess_nm * moved_counts >= 0.0F;
   if (!gentle) [[unlikely]]
-    return follow_bound(state, asked_nm, timed_nm, spring_nm);
+    return follow_bound(state, asked_nm, timed_nm, moved_counts);
   state.last_nm = asked_nm;
   return asked_nm;
 }

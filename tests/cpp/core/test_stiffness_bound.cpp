@@ -90,6 +90,60 @@ TEST_CASE("what is limited gives on the way back what it took on the way in, and
   }
 }
 
+TEST_CASE(
+    "the way out leads back to where the line began, though the bound came down on the way in") {
+  for (const int sign : {1, -1}) {
+    BoundBench bench;
+    bench.state.params.buzz_ticks = bench.state.params.slow_ticks = 10'000;
+    for (int n = 0; n < 5; ++n) bench.step(-sign * 0.02, 0, n == 0 ? -sign * 0.02 : 0.0);
+    for (int n = 1; n <= 4; ++n) bench.step(-sign * (0.02 + n), sign);
+    set_share(bench.state, 0.5F);
+    for (int n = 5; n <= 8; ++n) bench.step(-sign * (0.02 + n), sign);
+    CHECK(bench.state.line_nm == Approx(-sign * 0.08));
+    CHECK(most_share(bench.state) == Approx(0.75));  // no stiffer, or it ended inside
+    // As soft as the bound for two counts, then straight.
+    CHECK(bench.step(-sign * 7.02, -sign) == Approx(-sign * 0.075));
+    CHECK(bench.step(-sign * 6.02, -sign) == Approx(-sign * 0.07));
+    for (int n = 5; n > 0; --n) {
+      CHECK(bench.step(-sign * (0.02 + n), -sign) == Approx(-sign * (0.02 + 0.05 * n / 6)));
+    }
+    CHECK(bench.step(-sign * 0.02, -sign) == Approx(-sign * 0.02));
+    // There it ends, and what is outside is as before.
+    CHECK_FALSE(bench.state.on_line);
+    CHECK(bench.step(-sign * 0.019, -sign) == Approx(-sign * 0.019));
+  }
+}
+
+TEST_CASE("the next press after a hand has let off begins with the whole bound, and from there") {
+  BoundBench bench;
+  bench.state.params.held_nm = 0.009F;
+  set_share(bench.state, 0.1F);
+  for (int n = 1; n <= 30; ++n) bench.step(-n, 1);
+  for (int n = 29; n >= 20; --n) bench.step(-n, -1);
+  for (int n = 0; n < 60; ++n) bench.step(-20.0, 0);
+  const auto now = static_cast<std::uint32_t>(bench.now);
+  let_off(bench.state, now);
+  CHECK(bench.state.share == 0.1F);  // it is held by more than friction yet
+  for (int n = 19; n >= 8; --n) bench.step(-n, -1);
+  REQUIRE(bench.state.line_nm == Approx(-0.008));
+  let_off(bench.state, static_cast<std::uint32_t>(bench.now));
+  CHECK(bench.state.share == 1.0F);
+  CHECK(bench.step(-9.0, 1) == Approx(-0.018));
+  CHECK(bench.step(-8.0, -1) == Approx(-0.008));
+}
+
+TEST_CASE("a hand that pushes on slowly renews the bound, though it never turns back") {
+  BoundBench bench;
+  set_share(bench.state, 0.5F);
+  bench.swing(3, 1);
+  for (int n = 0; n < 100; ++n) bench.step(0.0, 0);
+  CHECK(goes_on(bench.state, static_cast<std::uint32_t>(bench.now)));
+  CHECK(bench.state.share == 0.5F);  // a swing so narrow may hide its turns
+  bench.swing(4, 1);
+  CHECK(goes_on(bench.state, static_cast<std::uint32_t>(bench.now)));
+  CHECK(bench.state.share == 1.0F);
+}
+
 TEST_CASE("what is steep again behind a plateau is bounded from there") {
   for (const int sign : {1, -1}) {
     BoundBench bench;
