@@ -279,6 +279,22 @@ constexpr float way_out(BoundState& state, float spring_nm, float moved_counts) 
   return spring_nm > 0.0F ? larger(chord_nm, spring_nm) : smaller(chord_nm, spring_nm);
 }
 
+/// Whether the line goes on. Where the scene is steep again it begins anew, if it is beyond.
+constexpr bool continues(const BoundState& state, float before_nm, float excess_nm,
+                         float spring_nm) {
+  const bool beyond = absolute(state.line_nm) > absolute(before_nm);
+  return state.on_line && !(beyond && excess_nm * spring_nm > 0.0F);
+}
+
+/// Whether the knob is back where the line began, and the scene asks for no more than the bound
+/// allows from there.
+constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, float moved_counts) {
+  const float begin_nm = absolute(state.begin_nm);
+  const float past_nm = state.slope_nm_per_count * (absolute(state.line_counts) + 0.1F);
+  return state.line_counts * asked_nm >= 0.0F && moved_counts != 0.0F &&
+         absolute(line_nm) > 0.99F * begin_nm && absolute(asked_nm) < begin_nm + past_nm;
+}
+
 /// The allowed torque once the scene's torque has changed more steeply than the bound. It changes
 /// by the part that follows time, and by the torque of a spring as stiff as the bound for this
 /// tick's motion. It never has the other sign, and never exceeds the scene's torque. Torque that
@@ -292,33 +308,27 @@ constexpr float way_out(BoundState& state, float spring_nm, float moved_counts) 
   const float before_nm = state.on_line ? state.asked_nm : state.last_nm;
   const float excess_nm = asked_nm - before_nm - timed_nm - spring_nm;
   float line_nm = before_nm;
-  // Where it is steep again the line begins anew, if it is beyond.
-  const bool beyond = absolute(state.line_nm) > absolute(before_nm);
   float way_nm = spring_nm;
-  if (state.on_line && !(beyond && excess_nm * spring_nm > 0.0F)) {
+  if (continues(state, before_nm, excess_nm, spring_nm)) {
     line_nm = state.line_nm;
     way_nm = way_out(state, spring_nm, moved_counts);
   } else {
     state.begin_nm = before_nm;
     state.line_counts = state.rest_counts = 0.0F;
   }
-  line_nm += timed_nm + way_nm;
   state.begin_nm += timed_nm;
   state.line_counts += moved_counts;
   state.rest_counts = larger(state.rest_counts, absolute(state.line_counts));
-  const float begin_nm = absolute(state.begin_nm);
-  const float past_nm = state.slope_nm_per_count * (absolute(state.line_counts) + 0.1F);
-  const bool ends = state.line_counts * asked_nm >= 0.0F && moved_counts != 0.0F &&
-                    absolute(line_nm - way_nm) > 0.99F * begin_nm &&
-                    absolute(asked_nm) < begin_nm + past_nm;
+  const bool is_over = ends(state, asked_nm, line_nm + timed_nm, moved_counts);
+  line_nm += timed_nm + way_nm;
   if (line_nm * asked_nm <= 0.0F) line_nm = 0.0F;
   if (before_nm * asked_nm < 0.0F) state.begin_nm = state.line_counts = state.rest_counts = 0.0F;
   // A torque that is not finite is a fault. The bound must not keep it.
-  if (ends || !is_finite(asked_nm + line_nm)) line_nm = asked_nm;
+  if (is_over || !is_finite(asked_nm + line_nm)) line_nm = asked_nm;
   const float given_nm = absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
   state.asked_nm = asked_nm;
   state.line_nm = line_nm;
-  state.on_line = is_finite(asked_nm) && asked_nm != 0.0F && !ends;
+  state.on_line = is_finite(asked_nm) && asked_nm != 0.0F && !is_over;
   state.bounded = given_nm != asked_nm;
   state.was_bounded = state.was_bounded || state.bounded;
   state.last_nm = state.on_line ? kNoNumber : asked_nm;

@@ -29,7 +29,7 @@ HANDS: Final[tuple[HandName, ...]] = ("off", "stiff", "soft")
 REST_COUNTS: Final = 2
 """An encoder at rest may flicker between so many."""
 _WAY_RAD, _PUSH_NM = 0.02, 0.04
-_AFTER_S, _SILENT_S, _WATCHED_S = 0.5, 0.5, 0.2
+_AFTER_S, _SILENT_S, _WATCHED_S = 0.7, 0.3, 0.2
 
 
 @dataclass(frozen=True)
@@ -102,12 +102,12 @@ def _turns(counts: npt.NDArray[np.int64]) -> int:
 
 
 def motion(trial: Trial) -> tuple[int, int, float]:
-    """Tell how the knob moves for 0.2 s from half a second after contact on.
+    """Tell how the knob moves for 0.2 s from 0.7 s after contact on.
 
     Returns
     -------
     counts, turns, vibration_nm
-        Between which it stays, how often it turns round, and how the motor vibrates half a second
+        Between which it stays, how often it turns round, and how the motor vibrates 0.3 s
         later: what flickers at rest dies away by then.
     """
     hand, contact_s = trial.hand_and_contact()
