@@ -88,6 +88,7 @@ constexpr void begin_counting(MotionState& state, std::uint32_t count, std::uint
 
 /// From now on a play of kRestCounts to either side is no motion.
 constexpr void hold_count(MotionState& state) {
+  if (state.counting == Counting::held) return;
   state.counting = Counting::held;
   state.held_count = state.held_from = state.last_count;
 }

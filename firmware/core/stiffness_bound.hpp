@@ -172,6 +172,7 @@ constexpr void let_off(BoundState& state, std::uint32_t now) {
   if (!begin_touch(state, now)) return;
   set_share(state, 1.0F);
   state.line_counts = -risen_nm / state.slope_nm_per_count;
+  state.rest_counts = absolute(state.line_counts);
 }
 
 /// Out of line: the bound is seldom low.
@@ -290,7 +291,8 @@ constexpr bool continues(const BoundState& state, float before_nm, float excess_
 /// allows from there.
 constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, float moved_counts) {
   const float begin_nm = absolute(state.begin_nm);
-  const float past_nm = state.slope_nm_per_count * (absolute(state.line_counts) + 0.1F);
+  const float past_counts = smaller(absolute(state.line_counts), absolute(moved_counts));
+  const float past_nm = state.slope_nm_per_count * (past_counts + 0.1F);
   return state.line_counts * asked_nm >= 0.0F && moved_counts != 0.0F &&
          absolute(line_nm) > 0.99F * begin_nm && absolute(asked_nm) < begin_nm + past_nm;
 }

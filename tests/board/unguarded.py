@@ -90,7 +90,7 @@ GUARDS = {
         "false",
     ),
     "overrun": Guard("firmware/device/control_loop.cpp",
-                     "lateness_ >= kLatenessLimit ? fault::overrun : 0", "0"),
+                     "if (overruns()) causes |= fault::overrun;", ";"),
     "timid": Guard(
         "firmware/device/config_store.cpp", "trust_in(@{moves_parts}@, config.board", "false",
     ),

@@ -348,10 +348,13 @@ def test_ordinary_use_shows_another_shaft_or_inertia_and_nothing_else(
         told = factor * getattr(knob.actuator_config(), name)
         knob.update(counts_per_rev=32_768, **{name: told})
         knob.update(law="calibrated")
-        knob.emulator.set_hand(torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 40e-3)]))
-        knob.play(torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.5))
+        press = [(0.0, 0.0), (0.1, 40e-3), (1.5, 40e-3), (1.6, -10e-3), (1.99, 0.0)]
+        path = [(2.0 * n + at_s, torque_nm) for n in range(16) for at_s, torque_nm in press]
+        knob.emulator.set_hand(torsio.TorqueHand(torque_nm=path))
+        back = torsio.Spring(stiffness_nm_per_rad=0.3)
+        knob.play([torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.5), back])
         knob.arm()
-        knob.emulator.advance(2.0)
+        knob.emulator.advance(32.0)
         knob.disarm()
         finding = examination.check_beliefs(doctor_facts.examine(knob))
     assert finding.ok != shown

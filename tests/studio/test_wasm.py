@@ -156,7 +156,7 @@ def test_page_judges_scenes_by_the_same_rule() -> None:
         judged(damper, law="calibrated"),
     ]
     answers = _in_wasm(steps)["features"]
-    assert [bool(answer) for answer in answers] == [False, False, True, True, False]
+    assert [bool(answer) for answer in answers] == [False, False, True, True, True]
     options = torsio.EmulatorOptions(control_rate_hz=1e9 / PERIOD_NS)
     with (
         torsio.open("emulated", emulator=options) as knob,

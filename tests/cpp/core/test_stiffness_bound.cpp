@@ -540,6 +540,33 @@ TEST_CASE("the ordinary tick bounds as the one with everything in it does, to th
   CHECK(one.ledger.spring_twice == other.ledger.spring_twice);
 }
 
+TEST_CASE(
+    "a knob that is let off inside a wall gets no more than the bound's slope, at rest or "
+    "pressed") {
+  for (const int sign : {1, -1}) {
+    BoundBench bench;
+    BoundState& state = bench.state;
+    state.params.held_nm = 0.009F;
+    state.params.buzz_ticks = 800;
+    set_share(state, 0.6F);
+    state.on_line = true;
+    state.asked_nm = 0.3F * static_cast<float>(sign);
+    state.last_nm = kNoNumber;
+    state.line_counts = 3.0F;
+    state.rest_counts = 5.0F;
+    state.way = sign;
+    state.swing_counts = state.gone_counts = 20;
+    let_off(state, 9000);
+    CHECK(bench.step(0.3 * sign, 0) == 0.0);
+    for (int n = 1; n <= 12; ++n) {
+      CHECK(sign * bench.step(0.3 * sign, sign) == Approx(0.0));
+    }
+    for (int n = 1; n <= 12; ++n) {
+      CHECK(sign * bench.step(0.3 * sign, -sign) <= 0.01 * n + 1e-6);
+    }
+  }
+}
+
 TEST_CASE("a torque that is none does not stay in the bound of an ordinary tick either") {
   for (const float none :
        {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
