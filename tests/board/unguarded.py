@@ -90,7 +90,7 @@ GUARDS = {
         "false",
     ),
     "overrun": Guard("firmware/device/control_loop.cpp",
-                     "if (overruns()) causes |= fault::overrun;", ";"),
+                     "return @{lateness_ >= kLatenessLimit}@;", "false"),
     "timid": Guard(
         "firmware/device/config_store.cpp", "trust_in(@{moves_parts}@, config.board", "false",
     ),
