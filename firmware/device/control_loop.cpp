@@ -120,8 +120,8 @@ void ControlLoop::see_index(bool level) {
 [[gnu::noinline]] void ControlLoop::watch_index() {
   const bool again = index_.watch(controller_.motion.position_counts, config_.turn_counts);
   if (again) call();
-  if (index_.found && takes_centre_ && !armed()) keep_centre();
-  index_.awake = again || (index_.found && takes_centre_);
+  if (index_.found() && takes_centre_ && !armed()) keep_centre();
+  index_.awake = again || (index_.found() && takes_centre_);
 }
 
 /// Moves angle 0 by less than a turn, to where it was when it was saved. A hand that feels a torque

@@ -190,7 +190,6 @@ Order Device::order_for(const protocol::Commit& commit) {
     order.verdict.field = protocol::field_index<protocol::Commit>("active");
     return order;
   }
-  commit_given_ = true;
   return order;
 }
 
@@ -296,13 +295,13 @@ bool Device::hold() {
 }
 
 void Device::release() {
-  loop_.mail.held.store(bootloader_accepted_ ? 1 : 0, std::memory_order_relaxed);
+  loop_.mail.held.store(bootloader_ != Bootloader::no ? 1 : 0, std::memory_order_relaxed);
 }
 
 Order Device::save() {
   // While flash is written nobody serves the bus, and the watchdog is slow.
   if (!hold()) return refusal({Status::not_disarmed});
-  if (const Snapshot now = loop_.snapshot(); now.index.found) {
+  if (const Snapshot now = loop_.snapshot(); now.index.found()) {
     config_.index_counts = within_turn(now.index.at_counts,
                                        static_cast<std::int32_t>(config_.actuator.counts_per_rev));
   }
@@ -313,8 +312,7 @@ Order Device::save() {
 Order Device::enter_bootloader() {
   if (!board_.has_bootloader) return refusal({Status::unsupported});
   if (!hold()) return refusal({Status::not_disarmed});
-  bootloader_requested_ = true;
-  bootloader_accepted_ = true;
+  bootloader_ = Bootloader::asked;
   return order_of(Order::Kind::acknowledge);
 }
 
@@ -333,10 +331,7 @@ void Device::service() {
 /// Out of line, for nearly all rounds find nothing.
 [[gnu::noinline]] void Device::read_inbox() {
   if (!loop_.takes_order() || save_order_) return;
-  if (commit_given_) {
-    scene_.taken();
-    commit_given_ = false;
-  }
+  scene_.taken();
   if (loop_.mail.answers.free() < 4) return;
   const Order order = read(*inbox_.front());
   inbox_.pop();
@@ -382,6 +377,10 @@ void Device::finish_save() {
   save_order_.reset();
 }
 
-bool Device::take_bootloader_request() { return std::exchange(bootloader_requested_, false); }
+bool Device::take_bootloader_request() {
+  if (bootloader_ != Bootloader::asked) return false;
+  bootloader_ = Bootloader::begun;
+  return true;
+}
 
 }  // namespace torsio::device

@@ -135,6 +135,8 @@ class Device {
   [[nodiscard]] bool take_bootloader_request();
 
  private:
+  enum class Bootloader : std::uint8_t { no, asked, begun };
+
   struct Incoming {
     std::array<std::uint8_t, protocol::report_size> bytes{};
     std::uint8_t length = 0;  // report_size + 1 for anything longer
@@ -180,13 +182,11 @@ class Device {
   dial::Dial dial_;
   PowerLogic* power_ = nullptr;  // nullptr: no current is measured
   SceneBuilder scene_;
-  bool commit_given_ = false;
   TelemetryBatch batch_;
   Ring<Incoming, 8> inbox_;
   std::optional<SlotWrite> slot_write_;
   std::optional<Order> save_order_;  // acknowledged once the slot is written
-  bool bootloader_requested_ = false;
-  bool bootloader_accepted_ = false;
+  Bootloader bootloader_ = Bootloader::no;
   std::uint8_t buttons_ = 0;
   std::uint32_t stalled_ = 0;  // feature requests
 };

@@ -78,7 +78,7 @@ Status Device::get_configuration(std::uint8_t id, protocol::ReportBytes& report)
 }
 
 protocol::Centre Device::centre(const IndexWatch& index) const {
-  if (index.found) return protocol::Centre::index;
+  if (index.found()) return protocol::Centre::index;
   return config_.actuator.encoder_index_pin != 0 ? protocol::Centre::awaits_index
                                                  : protocol::Centre::power_up;
 }

@@ -12,17 +12,19 @@ namespace torsio::device {
 /// a turn apart. A tick that moves the count by more than one says too little about a flank.
 struct IndexWatch {
   static constexpr std::int64_t kNearCounts = 2;
+  enum class Known : std::uint8_t { nothing, pulse, place };
 
   bool awake = false;  // there is something to watch
   bool told = false;   // the level of this tick
   bool level = false;  // of the last tick
   bool flank = false;  // in the last tick
   bool entered = false;
-  bool seen = false;
-  bool found = false;
+  Known known = Known::nothing;
   std::int64_t from_counts = 0;    // the place before the last tick
   std::int64_t before_counts = 0;  // the last place before the pulse
   std::int64_t at_counts = 0;
+
+  constexpr bool found() const { return known == Known::place; }
 
   /// In a tick that was told another level, and in the one after it, which knows how far the knob
   /// moved meanwhile.
@@ -41,7 +43,7 @@ struct IndexWatch {
   /// @param position_counts after that tick
   constexpr void see(bool now, std::int64_t delta_counts, std::int64_t position_counts,
                      std::int64_t turn_counts) {
-    if (found) return;
+    if (found()) return;
     const bool slow = delta_counts >= -1 && delta_counts <= 1;
     if (now) {
       entered = slow;
@@ -52,8 +54,9 @@ struct IndexWatch {
     if (!entered || !slow || position_counts == before_counts) return;
     const std::int64_t place = (before_counts + position_counts) >> 1;
     const std::int64_t away = place < at_counts ? at_counts - place : place - at_counts;
-    found = seen && away >= turn_counts - kNearCounts && away <= turn_counts + kNearCounts;
-    seen = true;
+    const bool again = known == Known::pulse && away >= turn_counts - kNearCounts &&
+                       away <= turn_counts + kNearCounts;
+    known = again ? Known::place : Known::pulse;
     at_counts = place;
   }
 };

@@ -36,10 +36,13 @@ protocol::Status SceneBuilder::commit(std::uint16_t active, Commit& commit) {
   commit = {&scene, static_cast<std::uint16_t>(active & (written_ | ~active_))};
   written_ = 0;
   active_ = active;
+  committed_ = true;
   return protocol::Status::ok;
 }
 
 void SceneBuilder::taken() {
+  if (!committed_) return;
+  committed_ = false;
   const core::Scene& playing = draft();
   draft_ = static_cast<std::uint8_t>(1 - draft_);
   draft() = playing;

@@ -32,7 +32,7 @@ class SceneBuilder {
   /// @returns empty_slot if one of them was never written; nothing has changed then
   protocol::Status commit(std::uint16_t active, Commit& commit);
 
-  /// The control loop plays the committed scene now and has let go of the other.
+  /// The control loop plays the committed scene now, if there was one, and has let go of the other.
   void taken();
 
  private:
@@ -40,6 +40,7 @@ class SceneBuilder {
 
   std::array<core::Scene, 2> scenes_;
   std::uint8_t draft_ = 0;
+  bool committed_ = false;     // and not taken yet
   std::uint16_t written_ = 0;  // since the last commit
   std::uint16_t active_ = 0;
 };

@@ -97,6 +97,8 @@ torsio::device::IndexWatch watch_disc(int begin, int end, int step,
   return watch;
 }
 
+using Known = torsio::device::IndexWatch::Known;
+
 }  // namespace
 
 TEST_CASE("a pulse has one place, whichever way it is passed and however wide it is") {
@@ -105,24 +107,24 @@ TEST_CASE("a pulse has one place, whichever way it is passed and however wide it
     CAPTURE(end);
     const auto up = watch_disc(begin, end, 1, {1000, 5000});
     const auto down = watch_disc(begin, end, 1, {5000, 1000});
-    CHECK((up.found && down.found));
+    CHECK((up.found() && down.found()));
     CHECK(up.at_counts == down.at_counts + 1000);
     CHECK(std::abs(up.at_counts - 2000 - (begin + end) / 4) <= 1);
   }
 }
 
 TEST_CASE("a pulse that is left where it was entered, or passed fast, has no place") {
-  CHECK_FALSE(watch_disc(0, 80, 1, {1900, 2040, 1900, 2040, 1900}).seen);
-  CHECK_FALSE(watch_disc(0, 80, 1, {2100, 2040, 2100, 2040, 2100}).seen);
-  CHECK_FALSE(watch_disc(0, 80, 4, {1900, 5900}).seen);
-  CHECK_FALSE(watch_disc(0, 80, 4, {5900, 1900}).seen);
+  CHECK(watch_disc(0, 80, 1, {1900, 2040, 1900, 2040, 1900}).known == Known::nothing);
+  CHECK(watch_disc(0, 80, 1, {2100, 2040, 2100, 2040, 2100}).known == Known::nothing);
+  CHECK(watch_disc(0, 80, 4, {1900, 5900}).known == Known::nothing);
+  CHECK(watch_disc(0, 80, 4, {5900, 1900}).known == Known::nothing);
   // A pulse passed to and fro is not two a turn apart.
-  CHECK_FALSE(watch_disc(0, 80, 1, {1900, 2100, 1900, 2100}).found);
+  CHECK_FALSE(watch_disc(0, 80, 1, {1900, 2100, 1900, 2100}).found());
   for (const int fast : {1, 2}) {
     torsio::device::IndexWatch watch;
     watch.see(true, fast, 10, 1000);
     watch.see(false, 3 - fast, 12, 1000);
-    CHECK_FALSE(watch.seen);
+    CHECK(watch.known == Known::nothing);
   }
 }
 
@@ -134,9 +136,9 @@ TEST_CASE("two pulses a turn apart settle the place, and two that are two turns 
   };
   pass(10);
   pass(2010);
-  CHECK_FALSE(watch.found);
+  CHECK_FALSE(watch.found());
   pass(3010);
-  CHECK(watch.found);
+  CHECK(watch.found());
   pass(3500);  // a spark
   CHECK(watch.at_counts == 3010);
 }
