@@ -25,7 +25,7 @@ INDIRECT: dict[str, tuple[str, ...]] = {
         r".*(6Forces|7Detents)9torque_nm.*",
     ),
     r".*11ControlLoop.*": (
-        r".*(5Guest|6Forces|7Detents)(4asks|7goes_on|7is_felt|7release|4drop|6forget)E.*",
+        r".*(5Guest|6Forces|7Detents)(9take_news|7play_on|10stay_awake|7release|4drop|6forget)E.*",
     ),
     # The board's rule for its wiring.
     r".*6device16check_consistent.*11BoardConfig.*": (r".*17find_pin_conflict.*",),

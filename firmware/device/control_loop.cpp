@@ -54,9 +54,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const std::uint32_t news = attention_.load(std::memory_order_relaxed) | in.missed_ticks;
   if (news != 0 || silent_ticks_left_ == 0 || in.tick_time_ns > usual_tick_ns_) [[unlikely]] {
     decide(in);
-  } else {
-    --silent_ticks_left_;
   }
+  --silent_ticks_left_;
   const core::ControllerOutputs out =
       core::control(controller_, config_.controller, plan_, in.encoder_count);
   const std::uint32_t causes = find_causes(in, out);
@@ -81,12 +80,13 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
   faults_.present = static_cast<std::uint16_t>((faults_.present & ~kReported) | reported_by(in));
   if (faults_.forgives()) (void)clear_fault();
-  take_order();
+  const bool heard = take_order();
   if (index_.awake) [[unlikely]]
     watch_index();
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const guest_force = serve_guest();
-  const bool playing = plays() && host_is_there();
+  if (plays()) watch_host(heard);
+  const bool playing = plays();
   choose_torque(playing, guest_force);
   faults_.present = 0;
   enabled_ = playing;
@@ -204,10 +204,10 @@ bool ControlLoop::may_take() const {
 core::ForceSource* ControlLoop::serve_guest() {
   if (phase_ == Phase::letting_go || !guest.awake()) return nullptr;
   const bool may_play = phase_ != Phase::fault && owner_ != Owner::sdk && connected() && may_take();
-  const bool asks = guest.asks(may_play, controller_.tick);
+  const bool asks = guest.take_news(may_play, controller_.tick);
   if (asks && owner_ == Owner::none) enter(Phase::playing, guest.name);
-  if (owner_ == guest.name && !fades() && !guest.goes_on()) enter(Phase::disarmed);
-  return guest.is_felt(owner_ == guest.name) ? &guest : nullptr;
+  if (owner_ == guest.name && !fades() && !guest.play_on()) enter(Phase::disarmed);
+  return guest.stay_awake(owner_ == guest.name) ? &guest : nullptr;
 }
 
 void ControlLoop::end_excitation() {
@@ -216,34 +216,29 @@ void ControlLoop::end_excitation() {
   enter(Phase::disarmed);
 }
 
-bool ControlLoop::host_is_there() {
+/// Ends a torque that nobody is there to end.
+/// @param heard the host has spoken in this tick
+void ControlLoop::watch_host(bool heard) {
   // A game says nothing for as long as nothing changes, and an autonomous device needs nobody.
   const bool other_plays = owner_ != Owner::sdk;
   const bool autonomous = !other_plays && config_.watchdog_ticks == 0;
-  if (other_plays || autonomous) silent_ticks_left_ = kForever;
+  if (other_plays || autonomous) {
+    silent_ticks_left_ = kForever;
+  } else if (heard) {
+    silent_ticks_left_ = config_.watchdog_ticks;
+  }
   if (!autonomous && (silent_ticks_left_ == 0 || !connected())) {
     begin_passive(EventKind::watchdog);
-    return false;
-  }
-  --silent_ticks_left_;
-  if (local_model_ticks_left_ == 1) {
+  } else if (local_model_ticks_left_ == 1) {
     begin_passive(EventKind::deadline_missed);
-    return false;
+  } else if (streams()) {
+    --local_model_ticks_left_;
   }
-  if (streams()) --local_model_ticks_left_;
-  return true;
 }
 
 void ControlLoop::begin_passive(EventKind why) {
-  begin_fade(Phase::passive, config_.passive_ramp_ticks);
+  change(Phase::passive, owner_, config_.passive_ramp_ticks);
   report_event(why);
-}
-
-void ControlLoop::begin_fade(Phase phase, std::uint32_t ticks) {
-  phase_ = phase;
-  guest.drop();
-  phase_ticks_left_ = ticks;
-  motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
 }
 
 void ControlLoop::choose_torque(bool playing, core::ForceSource* guest_force) {
@@ -258,19 +253,14 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* guest_force) {
     return;
   }
   core::release_count(controller_.motion);
-  if (playing) {
-    plan_ = core::plan_of(excitation_);
-  } else {
-    plan_ = core::idle_plan(config_.controller);
-    silent_ticks_left_ = kForever;  // the host that arms is alive
-  }
+  plan_ = playing ? core::plan_of(excitation_) : core::idle_plan(config_.controller);
 }
 
 /// @returns how far the torque has come up
 float ControlLoop::rise() {
   const std::uint32_t all = config_.passive_ramp_ticks;
   const std::uint32_t gone = all - phase_ticks_left_;
-  if (--phase_ticks_left_ == 0) phase_ = Phase::playing;
+  if (--phase_ticks_left_ == 0) change(Phase::playing, owner_, 0);
   return static_cast<float>(gone) / static_cast<float>(all);
 }
 
@@ -323,11 +313,20 @@ State ControlLoop::state() const {
   return phase_ == Phase::fault ? State::fault : State::armed;
 }
 
-void ControlLoop::enter(Phase phase, Owner owner) {
+/// Nothing else changes phase and owner. A guest that does not play gives no torque.
+/// @param ticks until what rises or fades has done so
+void ControlLoop::change(Phase phase, Owner owner, std::uint32_t ticks) {
   phase_ = phase;
   owner_ = owner;
+  phase_ticks_left_ = ticks;
+  if (!plays()) guest.drop();
+  if (fades()) motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
+}
+
+/// Begins or ends a torque.
+void ControlLoop::enter(Phase phase, Owner owner, std::uint32_t ticks) {
+  change(phase, owner, ticks);
   lateness_ = 0;
-  if (!armed()) guest.drop();
   local_model_ticks_left_ = 0;
   excitation_.on = false;
   excitation_.end = core::ExcitationEnd::none;

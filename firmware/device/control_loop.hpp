@@ -205,8 +205,8 @@ class ControlLoop {
   void watch_time(const TickInputs& in);
   void fall_behind(std::uint32_t missed_ticks);
   bool at_rest() const;
-  void take_order();
-  void carry_out(const Order& order);
+  bool take_order();
+  bool carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
   protocol::Status zero();
@@ -217,17 +217,17 @@ class ControlLoop {
   protocol::Status follow_local_model(const Order& order);
   protocol::Status excite(const Order& order);
   void end_excitation();
-  bool host_is_there();
-  bool must_let_go(const Order& order);
+  void watch_host(bool heard);
+  void let_go();
   void begin_passive(protocol::EventKind why);
-  void begin_fade(Phase phase, std::uint32_t ticks);
   bool may_take() const;
   void choose_torque(bool playing, core::ForceSource* guest_force);
   float rise();
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
-  void enter(Phase phase, protocol::Owner owner = protocol::Owner::none);
+  void change(Phase phase, protocol::Owner owner, std::uint32_t ticks);
+  void enter(Phase phase, protocol::Owner owner = protocol::Owner::none, std::uint32_t ticks = 0);
   void report_event(protocol::EventKind kind);
   void sample(float speed_rad_s, float desired_torque_nm, std::uint8_t saturated);
 

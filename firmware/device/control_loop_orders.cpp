@@ -7,42 +7,41 @@ using protocol::EventKind;
 using protocol::Owner;
 using protocol::Status;
 
-void ControlLoop::take_order() {
+/// @returns whether the host gave an order that is carried out
+bool ControlLoop::take_order() {
   const Order* order = orders_.front();
-  if (order == nullptr || must_let_go(*order)) return;
-  carry_out(*order);
+  if (order == nullptr) return false;
+  const bool ends = order->kind == Order::Kind::disarm || order->kind == Order::Kind::stop;
+  if (ends && armed()) {
+    let_go();
+    return false;
+  }
+  const bool accepted = carry_out(*order);
   orders_.pop();
+  return accepted;
 }
 
 /// A torque that is cut is felt as a snap. So the order waits while the torque goes to zero along a
 /// line, and is answered when it is gone. Nobody else is served meanwhile.
-/// @returns true: the order is not to be carried out yet
-bool ControlLoop::must_let_go(const Order& order) {
-  const bool ends = order.kind == Order::Kind::disarm || order.kind == Order::Kind::stop;
-  if (!ends || !armed()) return false;
-  if (phase_ == Phase::letting_go) return true;
-  begin_fade(Phase::letting_go, config_.let_go_ticks);
+void ControlLoop::let_go() {
+  if (phase_ == Phase::letting_go) return;
+  change(Phase::letting_go, owner_, config_.let_go_ticks);
   // The next update of a stopped game must not undo the stop.
   if (owner_ != Owner::sdk) guest.forget();
-  return true;
 }
 
-void ControlLoop::carry_out(const Order& order) {
+bool ControlLoop::carry_out(const Order& order) {
   protocol::Verdict verdict = order.verdict;
   if (verdict.ok()) verdict.status = execute(order);
-  if (verdict.ok()) {
-    silent_ticks_left_ = config_.watchdog_ticks;
-    ++counters_.reports_accepted;
-  } else {
-    ++counters_.reports_refused;
-  }
-  if (!order.acknowledged && verdict.ok()) return;
+  ++(verdict.ok() ? counters_.reports_accepted : counters_.reports_refused);
+  if (!order.acknowledged && verdict.ok()) return true;
   // The main loop gives an order only when there is room for its answers.
   Answer answer;
   answer.acknowledgement = {order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
                             verdict.field,  state(),      controller_.tick,
                             owner_};
   (void)mail.answers.push(answer);
+  return verdict.ok();
 }
 
 Status ControlLoop::execute(const Order& order) {
@@ -55,7 +54,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::stop:
       scene_ = nullptr;
       [[fallthrough]];
-    case Order::Kind::disarm:  // by must_let_go(), before it
+    case Order::Kind::disarm:  // by let_go(), before it
       return Status::ok;
     case Order::Kind::clear_fault:
       return clear_fault();
@@ -119,16 +118,15 @@ Status ControlLoop::arm() {
   if (phase_ == Phase::fault) return Status::fault_latched;
   if (!may_take()) return Status::busy;
   if (owner_ == Owner::sdk) return Status::ok;
-  phase_ticks_left_ = config_.passive_ramp_ticks;
-  const Phase begins = phase_ticks_left_ != 0 ? Phase::rising : Phase::playing;
+  const std::uint32_t ticks = config_.passive_ramp_ticks;
+  const Phase begins = ticks != 0 ? Phase::rising : Phase::playing;
   if (owner_ != Owner::none) {
     // The other's torque fades while the scene's comes up: both in the time of the soft start.
     guest.release();
-    phase_ = begins;
-    owner_ = Owner::sdk;
+    change(begins, Owner::sdk, ticks);
     report_event(EventKind::owner_changed);
   } else {
-    enter(begins, Owner::sdk);
+    enter(begins, Owner::sdk, ticks);
   }
   return Status::ok;
 }

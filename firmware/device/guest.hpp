@@ -31,12 +31,11 @@ class Guest : public core::ForceSource {
   /// Takes what has arrived.
   /// @param may_play it may have the actuator, or has it
   /// @returns true if it wants the actuator
-  virtual bool asks(bool may_play, std::uint64_t tick) = 0;
-  /// Asked once a tick while it has the actuator: it may count idle ticks.
-  /// @returns false if it has ended
-  virtual bool goes_on() = 0;
-  /// Asked once a tick: if not, it may sleep. @returns true if it has a torque to give
-  virtual bool is_felt(bool has_actuator) = 0;
+  virtual bool take_news(bool may_play, std::uint64_t tick) = 0;
+  /// Once a tick while it has the actuator. @returns false if it has ended
+  virtual bool play_on() = 0;
+  /// Once a tick: else it sleeps. @returns true if it has a torque to give
+  virtual bool stay_awake(bool has_actuator) = 0;
   /// Its torque fades.
   virtual void release() = 0;
   /// Its torque is gone at once: the actuator is off.

@@ -27,15 +27,15 @@ DetentParams make_detent_params(const Config& config, std::uint32_t period_ns) {
   return params;
 }
 
-bool Detents::asks(bool may_play, std::uint64_t /*tick*/) {
+bool Detents::take_news(bool may_play, std::uint64_t /*tick*/) {
   const bool begins = may_play && wanted();
   if (begins) rises_ = true;
   return begins;
 }
 
-bool Detents::goes_on() {
+bool Detents::play_on() {
   if (!wanted()) rises_ = false;
-  return is_felt(true);
+  return stay_awake(true);
 }
 
 void Detents::drop() {

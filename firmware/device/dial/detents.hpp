@@ -32,9 +32,9 @@ class Detents final : public Guest {
 
   /// Only while nothing is felt.
   void configure(const DetentParams& params) { params_ = params; }
-  bool asks(bool may_play, std::uint64_t tick) override;
-  bool goes_on() override;
-  bool is_felt(bool /*has_actuator*/) override { return rises_ || level_ticks_ != 0; }
+  bool take_news(bool may_play, std::uint64_t tick) override;
+  bool play_on() override;
+  bool stay_awake(bool /*has_actuator*/) override { return rises_ || level_ticks_ != 0; }
   void release() override { rises_ = false; }
   void drop() override;
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,

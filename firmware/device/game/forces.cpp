@@ -24,13 +24,13 @@ bool Forces::give(const ForceOrder& order) {
   return true;
 }
 
-bool Forces::is_felt(bool has_actuator) {
+bool Forces::stay_awake(bool has_actuator) {
   const bool felt = has_actuator || active_ != 0 || fading() || !orders_.empty();
   awake_.store(felt ? 1 : 0, std::memory_order_relaxed);
   return felt;
 }
 
-bool Forces::asks(bool may_play, std::uint64_t tick) {
+bool Forces::take_news(bool may_play, std::uint64_t tick) {
   may_play = may_play && params_.allowed;
   bool started = false;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
@@ -45,7 +45,7 @@ bool Forces::asks(bool may_play, std::uint64_t tick) {
   return started || own;
 }
 
-bool Forces::goes_on() {
+bool Forces::play_on() {
   if (active_ != 0 || wanted()) {
     idle_ticks_ = 0;
     return true;

@@ -119,11 +119,11 @@ class Forces final : public Guest {
   // Control interrupt.
 
   /// It wants the actuator if an effect was started or brought back, or for the player's own feel.
-  bool asks(bool may_play, std::uint64_t tick) override;
+  bool take_news(bool may_play, std::uint64_t tick) override;
   /// It has ended if nothing has played for a while, or its actuators are off.
-  bool goes_on() override;
+  bool play_on() override;
   /// If not, it sleeps.
-  bool is_felt(bool has_actuator) override;
+  bool stay_awake(bool has_actuator) override;
 
   /// Sum of the effects, blended, within the cap. Once a tick at most.
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
@@ -198,8 +198,8 @@ class Forces final : public Guest {
   float blend_nm(float sum_nm);
   float own_nm(const core::Motion& motion, float period_s);
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
-  bool sounds(const PreparedEffect& effect, Playing& play, std::uint64_t now);
-  static bool repeats(const PreparedEffect& effect, Playing& play, std::uint64_t now);
+  bool pass_delay(const PreparedEffect& effect, Playing& play, std::uint64_t now);
+  static bool pass_loops(const PreparedEffect& effect, Playing& play, std::uint64_t now);
   float effect_nm(const PreparedEffect& effect, Playing& play, const core::Motion& motion,
                   float period_s, std::uint64_t now);
 

@@ -66,7 +66,7 @@ float Forces::own_nm(const core::Motion& motion, float period_s) {
 }
 
 /// The delay is over.
-bool Forces::sounds(const PreparedEffect& effect, Playing& play, std::uint64_t now) {
+bool Forces::pass_delay(const PreparedEffect& effect, Playing& play, std::uint64_t now) {
   if (play.sounding) return true;
   if (now - play.start < effect.delay_ticks) return false;
   play.start += effect.delay_ticks;
@@ -77,7 +77,7 @@ bool Forces::sounds(const PreparedEffect& effect, Playing& play, std::uint64_t n
 
 /// At the end of a loop the next one begins.
 /// @returns false after the last
-bool Forces::repeats(const PreparedEffect& effect, Playing& play, std::uint64_t now) {
+bool Forces::pass_loops(const PreparedEffect& effect, Playing& play, std::uint64_t now) {
   const std::uint64_t elapsed = now - play.start;
   if (effect.duration_ticks == 0 || elapsed < effect.duration_ticks) return true;
   const std::uint64_t loops =
@@ -130,8 +130,8 @@ float Forces::effects_nm(const core::Motion& motion, float period_s, std::uint64
     const PreparedEffect& effect = effect_[block];
     Playing& play = play_[block];
     float nm = 0.0F;
-    if (!paused_ && sounds(effect, play, now)) {
-      if (!repeats(effect, play, now)) {
+    if (!paused_ && pass_delay(effect, play, now)) {
+      if (!pass_loops(effect, play, now)) {
         stop(block);  // the next one moves into its place
         continue;
       }

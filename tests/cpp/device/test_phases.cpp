@@ -219,6 +219,7 @@ TEST_CASE("every phase does with every event what the table of the architecture 
       ways[i / 4 / kNames.size()](loop);
       const std::string told = rows.at(event)[column];
       CHECK(loop.name() == (told == "=" ? phase : told));
+      CHECK(loop.loop->mail.samples.empty());  // nobody streams
     }
   }
 }
