@@ -133,8 +133,8 @@ def test_run_that_ends_early_puts_the_law_back_or_says_that_it_cannot(
         ({"tracking_rms_in": float("nan")}, ["way in"]),
         ({"tracking_rms_out": 0.0901}, ["way out"]),
         ({"left_wall": False}, ["still in the wall"]),
-        ({"samples_lost": 1}, ["1 samples were lost"]),
-        ({"left_wall": False, "samples_lost": 2}, ["still in the wall", "2 samples"]),
+        ({"samples_lost": 1}, ["samples lost: 1"]),
+        ({"left_wall": False, "samples_lost": 2}, ["still in the wall", "lost: 2"]),
     ],
 )
 def test_shortcomings_name_everything_that_is_not_as_it_should_be(

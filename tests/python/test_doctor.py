@@ -524,4 +524,4 @@ def test_losses_of_the_link_are_a_problem(counter: str, facts: KnobFacts) -> Non
     finding = examination.check_losses(dataclasses.replace(facts, link=link))
     assert not finding.ok
     assert finding.values[counter] == 7
-    assert finding.text.startswith("7 ")
+    assert finding.text.endswith(": 7")

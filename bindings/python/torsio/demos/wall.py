@@ -156,7 +156,7 @@ class WallMeasures(Setting):
         if not self.left_wall:
             found.append("the knob is still in the wall")
         if self.samples_lost > 0:
-            found.append(f"{self.samples_lost} samples were lost")
+            found.append(f"samples lost: {self.samples_lost}")
         return found
 
 

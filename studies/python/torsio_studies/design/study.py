@@ -169,8 +169,8 @@ def show(results: Results, console: Console) -> None:
     """Print what the devices cost, and what matters most."""
     line(
         console,
-        f"{results['devices']} devices, {results['computed_now']} of them computed now by "
-        f"{results['workers']} workers; all are in {results['parquet']}",
+        f"devices: {results['devices']}, computed now: {results['computed_now']}, workers: "
+        f"{results['workers']}; all are in {results['parquet']}",
     )
     cost = table("control rate, Hz", "devices", "ms of one core a device")
     for row in results["cost_by_rate"]:

@@ -163,7 +163,7 @@ def _show_cases(results: Results, console: Console) -> None:
     shown.add_row(plants, "", digits, f"{results['median_error']:.1e}", "")
     console.print(shown)
     if results["undecided"]:
-        line(console, f"{results['undecided']} cases are undecided: two events too near")
+        line(console, f"cases undecided, two events being too near: {results['undecided']}")
 
 
 def _show_circuits(rows: list[dict[str, Any]], console: Console) -> None:

@@ -57,9 +57,9 @@ def show(results: Results, console: Console) -> None:
     """Print how many tries there were, and what broke."""
     line(
         console,
-        f"{results['tries']:,} tries in {results['searches']} searches, "
-        f"{results['counter_examples']} counter-examples; {results['broke_early']:,} generations "
-        "broke the law at 1.8 s, and their worst try ran again",
+        f"tries: {results['tries']:,}, searches: {results['searches']}, counter-examples: "
+        f"{results['counter_examples']}; generations that broke the law at 1.8 s, and whose worst "
+        f"try ran again: {results['broke_early']:,}",
     )
     shown = table("scene", "hand", "rate, counts", "swing, mrad", "motor, mW", "above 20 Hz, mN·m")
     for row in results["rows"] or results["worst"]:

@@ -203,12 +203,12 @@ def check_losses(facts: KnobFacts) -> Finding:
     }
     values = {"samples": facts.samples, **lost}
     words = {
-        "samples_lost": "telemetry samples did not arrive",
-        "samples_dropped": "samples were dropped by the knob, because nobody fetched them in time",
-        "reports_undecodable": "reports arrived damaged",
-        "reports_refused": "reports were refused by the knob, maybe damaged on the way",
+        "samples_lost": "telemetry samples that did not arrive",
+        "samples_dropped": "samples that the knob dropped, because nobody fetched them in time",
+        "reports_undecodable": "reports that arrived damaged",
+        "reports_refused": "reports that the knob refused, maybe damaged on the way",
     }
-    bad = [f"{count} {words[name]}" for name, count in lost.items() if count]
+    bad = [f"{words[name]}: {count}" for name, count in lost.items() if count]
     if not bad:
         return Finding(
             "losses", True, f"{facts.samples} telemetry samples came, none lost", values=values
@@ -243,7 +243,7 @@ def check_ticks(facts: KnobFacts) -> Finding:
     return Finding(
         "ticks",
         False,
-        text + f", and {late} ticks came late just now",
+        f"{text}; ticks that came late just now: {late}",
         "take effects out of the scene; if an empty scene does not help, load the firmware of the "
         "release again, and report it",
         values,
@@ -255,7 +255,7 @@ def check_beliefs(facts: KnobFacts) -> Finding:
     swings = facts.after.unexpected_swings
     values = {"unexpected_swings": swings}
     if swings < UNEXPECTED_SWINGS:
-        text = f"{swings} swings have lasted that the configured values do not explain: few enough"
+        text = f"lasting swings that the configured values do not explain: {swings}, few enough"
         return Finding("beliefs", True, text, values=values)
     return Finding(
         "beliefs",
