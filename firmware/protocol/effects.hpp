@@ -382,10 +382,10 @@ struct Layout<Curve> {
   };
 };
 
-/// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more
-/// it gives back no more energy than it took, within one count, unless the motor is over 2.5 times
-/// as slow as configured.
+/// The knock of something hard, in proportion to the knob's speed into the surface: a decaying
+/// sine, and a pulse that brakes. It acts inside only. At control rates from 4 kHz it gives back no
+/// more energy than it took, within one count, unless it needs the whole supply or the motor is
+/// over 2.5 times as slow as configured.
 struct Impact {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -403,9 +403,9 @@ struct Layout<Impact> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "impact";
   static constexpr std::string_view doc =
-      "The knock of something hard, in proportion to the speed at which the knob enters the "
-      "surface: a decaying sine, and a pulse that brakes. It acts inside only. At a control rate "
-      "of 4 kHz or more it gives back no more energy than it took, within one count, unless the "
+      "The knock of something hard, in proportion to the knob's speed into the surface: a decaying "
+      "sine, and a pulse that brakes. It acts inside only. At control rates from 4 kHz it gives "
+      "back no more energy than it took, within one count, unless it needs the whole supply or the "
       "motor is over 2.5 times as slow as configured.";
   static constexpr FieldList fields{
       group("target", &Impact::target, ""),

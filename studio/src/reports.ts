@@ -808,7 +808,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 44,
     "direction": "output",
     "title": "Impact",
-    "doc": "The knock of something hard, in proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more it gives back no more energy than it took, within one count, unless the motor is over 2.5 times as slow as configured.",
+    "doc": "The knock of something hard, in proportion to the knob's speed into the surface: a decaying sine, and a pulse that brakes. It acts inside only. At control rates from 4 kHz it gives back no more energy than it took, within one count, unless it needs the whole supply or the motor is over 2.5 times as slow as configured.",
     "notes": "",
     "size": 37,
     "fields": [

@@ -411,10 +411,10 @@ typedef struct torsio_curve {
 } torsio_curve;
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
 
-/// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more
-/// it gives back no more energy than it took, within one count, unless the motor is over 2.5 times
-/// as slow as configured.
+/// The knock of something hard, in proportion to the knob's speed into the surface: a decaying
+/// sine, and a pulse that brakes. It acts inside only. At control rates from 4 kHz it gives back no
+/// more energy than it took, within one count, unless it needs the whole supply or the motor is
+/// over 2.5 times as slow as configured.
 typedef struct torsio_impact {
   uint32_t struct_size;  ///< bytes of a torsio_impact
   /// the surface, usually a wall's

@@ -151,10 +151,10 @@ struct Curve {
   Ends ends = Ends::hold;  ///< its torque outside the span
 };
 
-/// The knock of something hard, in proportion to the speed at which the knob enters the surface: a
-/// decaying sine, and a pulse that brakes. It acts inside only. At a control rate of 4 kHz or more
-/// it gives back no more energy than it took, within one count, unless the motor is over 2.5 times
-/// as slow as configured.
+/// The knock of something hard, in proportion to the knob's speed into the surface: a decaying
+/// sine, and a pulse that brakes. It acts inside only. At control rates from 4 kHz it gives back no
+/// more energy than it took, within one count, unless it needs the whole supply or the motor is
+/// over 2.5 times as slow as configured.
 struct Impact {
   double angle_rad = 0.0;   ///< the surface, usually a wall's
   Side side = Side::above;  ///< on which side of the surface it is solid

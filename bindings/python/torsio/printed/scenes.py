@@ -368,11 +368,11 @@ class Curve(Effect):
 
 @dataclass(frozen=True, repr=False)
 class Impact(Effect):
-    """The knock of something hard.
+    """The knock of something hard, in proportion to the knob's speed into the surface.
 
-    In proportion to the speed at which the knob enters the surface: a decaying sine, and a pulse
-    that brakes. It acts inside only. At a control rate of 4 kHz or more it gives back no more
-    energy than it took, within one count, unless the motor is over 2.5 times as slow as configured.
+    A decaying sine, and a pulse that brakes. It acts inside only. At control rates from 4 kHz it
+    gives back no more energy than it took, within one count, unless it needs the whole supply or
+    the motor is over 2.5 times as slow as configured.
 
     Attributes
     ----------
