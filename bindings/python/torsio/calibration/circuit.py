@@ -53,6 +53,8 @@ _TRAVEL_RAD = 0.4
 _SPEEDS_RAD_S = (25.0, 50.0, 75.0)
 _TURN_S, _TURN_SETTLE_S, _TURN_LOOK_S = 0.3, 0.14, 20e-3
 _TURN_LIMIT_RAD_S = 150.0
+# Share of the found torque constant. A supply that is a tenth off makes it wrong by 1 / 0.9 - 1.
+_BY_SUPPLY = 0.11
 
 
 def listen_at_rest(player: Player, board: BoardConfig) -> tuple[Quantity, Quantity]:
@@ -250,8 +252,8 @@ class CircuitSteps:
         of_motor = motor(held, self._turned, **believed_by_board, supply_sigma=self._supply_sigma)
         constant = of_motor.constant.value
         told = board.motor_torque_constant_nm_per_a
-        # A data sheet is the better guess where the supply is one, and may be a tenth off.
-        if self._guesses_supply and abs(told / constant - 1.0) < 0.11:
+        # The data sheet is the better guess where the supply is one.
+        if self._guesses_supply and abs(told / constant - 1.0) < _BY_SUPPLY:
             constant = told
         proposed = replace(
             board,
@@ -267,8 +269,8 @@ class CircuitSteps:
             torque_scale=constant / self._believed_nm_per_a,
             torque_share=of_motor.constant_sigma,
         )
-        return replace(found, circuit=circuit, drive=drive_of(self._knob, proposed))
+        return {**found, "circuit": circuit, "drive": drive_of(self._knob, proposed)}
 
     def turns(self, player: Player, found: Findings) -> Runs:
         """Give the turns of before with the torques as they truly were."""
-        return (player.rescaled(found.turns),)
+        return (player.rescaled(found["turns"]),)

@@ -66,12 +66,12 @@ def with_doubts(findings: Findings, *, tick_s: float, others: Sequence[Findings]
     """
     doubted, points = _of_fit(findings), _points(findings)
     found = quantities_of(findings, doubted) | {name: doubted(of) for name, of in points.items()}
-    brake, circuit = findings.brake, findings.circuit
+    brake, circuit = findings.get("brake"), findings.get("circuit")
     share = 0.0 if circuit is None else circuit.torque_share
     doubts = (
         {} if brake is None else _stairs(found, brake.top_nm),
         of_ticks(found, tick_s),
-        *_of_drives(found, findings.drive, others),
+        *_of_drives(found, findings["drive"], others),
         {name: share * of.value for name, of in found.items() if of.name.endswith(_OF_TORQUE)},
     )
     for doubt in doubts:
@@ -82,13 +82,13 @@ def with_doubts(findings: Findings, *, tick_s: float, others: Sequence[Findings]
         return Doubted(of_circuit | found)
     return Doubted(
         of_circuit | found,
-        findings.free.cogging.as_uncertain_as(found["cogging_nm"].standard_uncertainty),
+        findings["free"].cogging.as_uncertain_as(found["cogging_nm"].standard_uncertainty),
         brake.curve.with_sigmas(sigmas),
     )
 
 
 def _of_fit(findings: Findings) -> Callable[[Quantity], Quantity]:
-    drive = findings.drive
+    drive = findings["drive"]
     added = 0.0 if drive is None else _ADDED_SIGMA * drive.added_kg_m2
     of_fit = (_bends(findings), {"inertia_kg_m2": added, "knob_inertia_kg_m2": added})
 
@@ -114,7 +114,7 @@ def _of_drives(
 
 def _points(findings: Findings) -> Quantities:
     """Give the points of the brake's curve as quantities."""
-    points = () if findings.brake is None else findings.brake.curve.points
+    points = findings["brake"].curve.points if "brake" in findings else ()
     return {
         f"brake_curve[{i}]": Quantity("brake_curve", of.torque_nm, of.sigma_nm)
         for i, of in enumerate(points)
@@ -128,7 +128,7 @@ def _left_out(quantity: Quantity, table: _Table) -> float:
 
 def _bends(findings: Findings) -> _Doubt:
     """Give what cogging and bent shafts leave in the others: found on numbers 2000 to 2039."""
-    free, shaft = findings.free, findings.shaft
+    free, shaft = findings["free"], findings["shaft"]
     bent = 0.0 if shaft.factor is None else abs(math.log(shaft.factor.value))
     wave, through = free.amplitude, free.through_shaft
     waves = [*free.cogging.periods_per_rev, 0][0]

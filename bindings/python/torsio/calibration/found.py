@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import TypedDict
 
 from torsio.calibration.brake import Brake
 from torsio.calibration.drive import Drive
@@ -15,52 +15,46 @@ from torsio.calibration.play import Run
 from torsio.calibration.quantity import Quantity
 from torsio.calibration.shaft import Shaft
 
-__all__ = ["Findings", "Quantities", "Runs", "quantities_of"]
+__all__ = ["Findings", "Quantities", "Runs", "flexible_s2", "knob_inertia_kg_m2", "quantities_of"]
 
 # The brake's side has from none up to this share of all viscous friction, each value as likely.
 # Knob and brake turn alike in every experiment, so nothing tells them apart.
 _BRAKE_VISCOUS = 0.25
 
 
-_LATER: Any = None
-
-
-@dataclass(frozen=True)
-class Findings:
-    """Findings of the steps.
+class Findings(TypedDict, total=False):
+    """Findings of the steps that are done.
 
     Attributes
     ----------
     turns
         Run of the free knob, which later steps read again.
-    free, shaft
-        There once their steps are done; later ones need not ask.
     brake
-        None after a look for drift.
+        Missing after a look for drift.
     circuit
-        None where the device measures no current.
+        Missing where the device measures no current.
     drive
-        Source of the motor's torque; None if the motor gives what it is told.
+        Always there: source of the motor's torque; None if the motor gives what it is told.
     """
 
-    turns: Run = _LATER
-    free: Free = _LATER
-    shaft: Shaft = _LATER
-    brake: Brake | None = None
-    circuit: Circuit | None = None
-    drive: Drive | None = None
+    turns: Run
+    free: Free
+    shaft: Shaft
+    brake: Brake
+    circuit: Circuit
+    drive: Drive | None
 
-    @property
-    def knob_inertia_kg_m2(self) -> float:
-        """Inertia of the knob's side alone, a guess after a look for drift."""
-        found = self.shaft.knob_inertia
-        return 0.6 * self.free.inertia.value if found is None else found.value
 
-    @property
-    def flexible_s2(self) -> float:
-        """The brake's inertia over the shaft's stiffness."""
-        brake_kg_m2 = max(self.free.inertia.value - self.knob_inertia_kg_m2, 0.0)
-        return brake_kg_m2 / self.shaft.stiffness.value
+def knob_inertia_kg_m2(found: Findings) -> float:
+    """Give the inertia of the knob's side alone, a guess after a look for drift."""
+    known = found["shaft"].knob_inertia
+    return 0.6 * found["free"].inertia.value if known is None else known.value
+
+
+def flexible_s2(found: Findings) -> float:
+    """Give the brake's inertia over the shaft's stiffness."""
+    brake_kg_m2 = max(found["free"].inertia.value - knob_inertia_kg_m2(found), 0.0)
+    return brake_kg_m2 / found["shaft"].stiffness.value
 
 
 Runs = tuple[Run, ...]
@@ -92,8 +86,8 @@ def quantities_of(
         Gives a fit's quantity with what the fit does not know. What is left when one is taken off
         another then has the doubts of both.
     """
-    free, shaft, brake = found.free, found.shaft, found.brake
-    added = 0.0 if found.drive is None else found.drive.added_kg_m2
+    free, shaft, brake, drive = found["free"], found["shaft"], found.get("brake"), found["drive"]
+    added = 0.0 if drive is None else drive.added_kg_m2
 
     def without_added(inertia: Quantity) -> Quantity:
         return doubted(replace(inertia, value=inertia.value - added))

@@ -94,7 +94,7 @@ def calibrate(
     except Refusal as error:
         raise _with_cap(error, plan, control) from None
     # A refusal at the bound stands: nobody would know how far the value is from the truth.
-    drives = () if found.drive is None else found.drive.others()
+    drives = () if found["drive"] is None else found["drive"].others()
     others = [_under(drive, played) for drive in drives]
     doubted = with_doubts(found, tick_s=1.0 / knob.info.control_rate_hz, others=others)
     return put_together(knob, actuator, found, doubted, seconds, ambient_c)
@@ -113,8 +113,8 @@ def _play(
         step.check(found)
         if step.finds:
             played[step.finds] = step.estimate, runs
-        if found.circuit is not None:
-            player.torque_scale, player.drive = found.circuit.torque_scale, found.drive
+        if "circuit" in found:
+            player.torque_scale, player.drive = found["circuit"].torque_scale, found["drive"]
     return found, played
 
 

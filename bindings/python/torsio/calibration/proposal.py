@@ -280,7 +280,7 @@ def put_together(
     ambient_c: float | None,
 ) -> Calibration:
     """Propose what was found."""
-    shaft, brake, circuit = findings.shaft, findings.brake, findings.circuit
+    shaft, brake, circuit = findings["shaft"], findings.get("brake"), findings.get("circuit")
     quantities = found.quantities
     values, sigmas = _proposed(actuator, quantities)
     sigmas |= _sigmas_of_knee(quantities)
@@ -310,7 +310,7 @@ def put_together(
         calibrated_rate_hz=knob.info.control_rate_hz,
         **sigmas,
     )
-    fits = (*findings.free.fits, *shaft.fits, *(brake.fits if brake is not None else ()))
+    fits = (*findings["free"].fits, *shaft.fits, *(brake.fits if brake is not None else ()))
     return Calibration(
         quantities,
         proposed,

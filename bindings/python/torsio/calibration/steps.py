@@ -8,7 +8,7 @@ from typing import Any
 
 from torsio.calibration.brake import estimate_brake, hold_and_let_go, slip
 from torsio.calibration.circuit import ELECTRIC_STEPS, CircuitSteps
-from torsio.calibration.found import Findings, Runs
+from torsio.calibration.found import Findings, Runs, flexible_s2, knob_inertia_kg_m2
 from torsio.calibration.free import SLOW_S, estimate_free, spin, through_shaft
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Refusal
@@ -81,11 +81,11 @@ class Plan:
     def free(self, runs: Runs, found: Findings) -> Findings:
         """Estimate friction and inertia."""
         free = estimate_free(runs[0], slow_s=self.slow_s)
-        return replace(found, turns=runs[0], free=free)
+        return {**found, "turns": runs[0], "free": free}
 
     def check_inertia(self, found: Findings) -> None:
         """Refuse an inertia far from the configured one."""
-        inertia, knob_alone = found.free.inertia.value, self.actuator.knob_inertia_kg_m2
+        inertia, knob_alone = found["free"].inertia.value, self.actuator.knob_inertia_kg_m2
         if not knob_alone / _PLAUSIBLE < inertia < 2.0 * _PLAUSIBLE * knob_alone:
             raise Refusal(
                 STEPS[1], "inertia", f"all that turns has {inertia:.2e} kg m^2, but "
@@ -95,7 +95,7 @@ class Plan:
             )  # fmt: skip
 
     def _most(self, found: Findings) -> dict[str, Any]:
-        coulomb_nm = found.free.coulomb.value
+        coulomb_nm = found["free"].coulomb.value
         return {"motor_nm": self.motor_nm, "brake_nm": self.brake_nm, "coulomb_nm": coulomb_nm}
 
     def push(self, player: Player, found: Findings) -> Runs:
@@ -104,17 +104,18 @@ class Plan:
 
     def shaft(self, runs: Runs, found: Findings) -> Findings:
         """Estimate the shaft, then the cogging through it, and the shaft with that cogging."""
-        free, (pulls, steps) = found.free, runs
+        free, (pulls, steps) = found["free"], runs
         shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
         if free.cogging.periods_per_rev:
-            first = replace(found, shaft=shaft)
-            free = through_shaft(free, found.turns, first.flexible_s2, first.knob_inertia_kg_m2)
+            first: Findings = {**found, "shaft": shaft}
+            knob_kg_m2 = knob_inertia_kg_m2(first)
+            free = through_shaft(free, found["turns"], flexible_s2(first), knob_kg_m2)
             shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
-        return replace(found, free=free, shaft=shaft)
+        return {**found, "free": free, "shaft": shaft}
 
     def check_cogging(self, found: Findings) -> None:
         """Refuse waves that the turns did not tell."""
-        free, shaft = found.free, found.shaft
+        free, shaft = found["free"], found["shaft"]
         if self.drift:
             return
         if free.amplitude.value > _LEAST_WAVE_NM and free.through_shaft > _SEEN_THROUGH_SHAFT:
@@ -138,9 +139,9 @@ class Plan:
     def brake(self, runs: Runs, found: Findings) -> Findings:
         """Estimate the brake."""
         brake = estimate_brake(
-            runs[0], found.free, found.flexible_s2, demagnetised=self.demagnetised
+            runs[0], found["free"], flexible_s2(found), demagnetised=self.demagnetised
         )
-        return replace(found, brake=brake)
+        return {**found, "brake": brake}
 
 
 def steps_of(plan: Plan, electric: CircuitSteps | None) -> list[Step]:
