@@ -202,6 +202,25 @@ def test_worker_that_raises_has_ended() -> None:
     assert not worker.runs
 
 
+def test_worker_works_while_another_thread_sets_its_trace_function() -> None:
+    done = threading.Event()
+    worker = Worker(done.set)
+
+    class Tracer:
+        def __call__(self, *_: object) -> None: ...
+
+        def __del__(self) -> None:  # within the call that sets another one
+            worker.start()
+            worker.join()
+
+    before = sys.gettrace()
+    threading.settrace(lambda *_: None)
+    sys.settrace(Tracer())
+    sys.settrace(before)
+    threading.settrace(None)
+    assert done.is_set()
+
+
 def test_forked_child_with_an_open_knob_ends_and_may_open_its_own() -> None:
     result = run(
         """

@@ -9,7 +9,7 @@ import threading
 import weakref
 from collections import deque
 from collections.abc import Callable
-from functools import partial
+from contextlib import suppress
 from operator import methodcaller
 from typing import Any, Final
 
@@ -36,7 +36,7 @@ class Worker:
 
     def start(self) -> None:
         """Start it. The thread alone has its calls, so that it cannot end untold."""
-        steps = partial(sys.settrace, threading.gettrace()), self._work, self._lock.release
+        steps = _trace, self._work, self._lock.release
         calls = map(methodcaller("__call__"), steps)
         _thread.start_new_thread(self._begin.pop().extend, (calls,))
 
@@ -49,3 +49,10 @@ class Worker:
         """Wait until it has ended; where Python ends, threads stand still for ever."""
         while self.runs and not sys.is_finalizing() and not self._lock.acquire(timeout=_LOOK_S):
             pass
+
+
+def _trace() -> None:
+    """Trace it as `threading` says, unless another thread is setting its own (Python 3.11)."""
+    if threading.gettrace() is not None:
+        with suppress(RuntimeError):
+            sys.settrace(threading.gettrace())
