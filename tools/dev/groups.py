@@ -342,13 +342,15 @@ def sums(stats: Mapping[str, Sequence[Any]], chosen: Iterable[str]) -> list[str]
 
 
 def not_covered(test: str, files: Iterable[str], chosen: Iterable[str] = ()) -> list[str]:
-    """Return the files of the tree that some chosen group with this test does not cover."""
-    groups = _groups_with(test, set(chosen))
+    """Return the files of the tree that no chosen group with this test covers, if any has it.
+
+    One is enough: its variables have the test read what the others do not cover.
+    """
+    covered = [own for group in _groups_with(test, set(chosen)) for own in group.all]
     return [
         str(path)
-        for path in map(PurePosixPath, files)
-        if not _MADE & set(path.parts)
-        and not all(any(path.is_relative_to(own) for own in group.all) for group in groups)
+        for path in map(PurePosixPath, files if covered else ())
+        if not _MADE & set(path.parts) and not any(path.is_relative_to(own) for own in covered)
     ]
 
 
