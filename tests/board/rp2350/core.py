@@ -17,7 +17,6 @@ from unicorn import arm_const as arm
 HARD_FAULT = 3
 NO_COPROCESSOR = 17  # Unicorn's numbers for what it cannot do itself
 EXCEPTION_RETURN = 8
-BREAKPOINT = 7
 SLEEPS = (0xBF30, 0xBF20)  # WFI, WFE
 
 FPCA = 1 << 2  # floating point was used since the exception

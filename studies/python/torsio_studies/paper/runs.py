@@ -322,7 +322,6 @@ class Characterisation:
 
     torque_nm: Array
     measured_rad: Array
-    true_rad: Array
     slope_nm_per_rad: float
     """The linear range on the way up, from the torques at which the encoder counted."""
     offset_nm: float
@@ -346,7 +345,7 @@ def characterise(hardening: ShaftHardening | None = None) -> Characterisation:
     edges = np.flatnonzero(np.diff(counts[: len(log) // 2]) > 0) + 1
     edges = edges[(angle[edges] > 1e-3) & (angle[edges] < LINEAR_RAD)]
     slope, offset = np.polyfit(angle[edges], torque[edges], 1)
-    return Characterisation(torque, angle, log["angle_rad"], float(slope), float(offset))
+    return Characterisation(torque, angle, float(slope), float(offset))
 
 
 def _stiffness(options: LoopOptions) -> float:
