@@ -36,8 +36,8 @@ class Rule:
     """The folder's content, for docs/explanation/architecture.md."""
     layers: tuple[str, ...]
     """Folders, or files, inside the project that they may name."""
-    never: str = ""
-    """A folder inside one of these that they may not."""
+    never: tuple[str, ...] = ()
+    """Folders, or files, inside these that they may not."""
     std: frozenset[str] | None = None
     """Allowed headers of the standard library; None allows all of them."""
     posix: bool = False
@@ -47,6 +47,8 @@ class Rule:
     """Whose they are."""
 
 
+# A guest knows nothing of these.
+WITH_GUESTS = ("device/device.hpp", "device/control_loop.hpp")
 FIRMWARE = ("core", "protocol", "device", "emulator")
 STUDIES = ("actuators", "narrow", "steppers", "wide")
 
@@ -68,7 +70,7 @@ RULES = (
         "firmware/device/dial",
         "the dial: the knob as a wheel of the desktop, its units, reports and detents",
         ("core", "protocol", "device"),
-        never="device/game",
+        never=("device/game", *WITH_GUESTS),
         std=DEVICE_STD,
     ),
     Rule(
@@ -76,7 +78,19 @@ RULES = (
         "games: the reports of a HID PID device, its pool of effects, their forces. A knob is a "
         "dial or a game controller, never both",
         ("core", "protocol", "device"),
-        never="device/dial",
+        never=("device/dial", *WITH_GUESTS),
+        std=DEVICE_STD,
+    ),
+    Rule(
+        "firmware/device/device.hpp",
+        "the device with a guest of either kind",
+        ("core", "protocol", "device"),
+        std=DEVICE_STD,
+    ),
+    Rule(
+        "firmware/device/usb_interfaces.hpp",
+        "descriptors of all interfaces",
+        ("core", "protocol", "device"),
         std=DEVICE_STD,
     ),
     Rule(
@@ -84,6 +98,7 @@ RULES = (
         "the device: reports, states and faults, scene commit, configuration store, telemetry, "
         "logic of the power stage",
         ("core", "protocol", "device"),
+        never=("device/game", "device/dial"),
         std=DEVICE_STD,
     ),
     Rule(
@@ -149,7 +164,7 @@ RULES = (
         "the same device against simulated physics under a virtual clock. `closed_loop.*` and "
         "`batch.*` have controller and plant without protocol, one loop or thousands",
         (*FIRMWARE, "torsio/plant.hpp", "torsio/plant_fields.hpp", "torsio/field.hpp"),
-        never="emulator/usbip",
+        never=("emulator/usbip",),
         posix=True,
     ),
     Rule("sdk/include", "what users of the C++ library see", ("torsio",)),
@@ -306,8 +321,7 @@ def may_include(rule: Rule) -> str:
     """Say in words what the files below a folder may include."""
     own = rule.folder.partition("/")[2] or rule.folder
     named = [f"`{layer}`" for layer in rule.layers if layer not in (own, rule.folder)]
-    if rule.never:
-        named.append(f"not `{rule.never}`")
+    named += [f"not `{layer}`" for layer in rule.never]
     named += [rule.others] if rule.others else []
     named += ["POSIX"] if rule.posix else []
     if rule.std is not None:
@@ -340,9 +354,13 @@ def _may_quote(rule: Rule, including: Path, name: str) -> bool:
     beside = (including.parent / name, including.parent / name.removesuffix(".h"))
     if "/" not in name and any(path.exists() for path in beside):
         return True
-    if rule.never and name.startswith(f"{rule.never}/"):
+    if any(_is_in(name, layer) for layer in rule.never):
         return False
-    return any(name == layer or name.startswith(f"{layer}/") for layer in rule.layers)
+    return any(_is_in(name, layer) for layer in rule.layers)
+
+
+def _is_in(name: str, layer: str) -> bool:
+    return name == layer or name.startswith(f"{layer}/")
 
 
 def _may_have(rule: Rule, name: str) -> bool:

@@ -27,6 +27,11 @@ INDIRECT: dict[str, tuple[str, ...]] = {
     r".*11ControlLoop.*": (
         r".*(5Guest|6Forces|7Detents)(9take_news|7play_on|10stay_awake|7release|4drop|6forget)E.*",
     ),
+    # The device asks its guest in the main loop.
+    r".*6Device(C[12]|7service|13set_connected|11set_buttons|11reconfigure).*|tud_umount_cb": (
+        r".*(9PidEngine|4Dial|13GuestFunction)"
+        r"(6player|7service|9configure|6settle|11set_buttons|10begin_anew)E.*",
+    ),
     # The board's rule for its wiring.
     r".*6device16check_consistent.*11BoardConfig.*": (r".*17find_pin_conflict.*",),
     # An interface of the device's, behind the class driver.

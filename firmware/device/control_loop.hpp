@@ -10,8 +10,6 @@
 
 #include "core/controller.hpp"
 #include "device/config.hpp"
-#include "device/dial/detents.hpp"
-#include "device/game/forces.hpp"
 #include "device/guest.hpp"
 #include "device/index_watch.hpp"
 #include "device/ring.hpp"
@@ -60,15 +58,12 @@ struct Order {
   std::uint8_t report = 0;
   std::uint16_t sequence = 0;
   protocol::Verdict verdict;
-  std::uint8_t decimation = 0;       // stream
-  SceneBuilder::Commit commit;       // play
-  core::LocalModel local_model;      // local_model
-  std::uint32_t deadline_ticks = 0;  // local_model; 0 ends it
-  core::Excitation excitation;       // excite
-  // configure
-  const LoopConfig* config = nullptr;
-  const game::ForceParams* game = nullptr;
-  const dial::DetentParams* detents = nullptr;
+  std::uint8_t decimation = 0;         // stream
+  SceneBuilder::Commit commit;         // play
+  core::LocalModel local_model;        // local_model
+  std::uint32_t deadline_ticks = 0;    // local_model; 0 ends it
+  core::Excitation excitation;         // excite
+  const LoopConfig* config = nullptr;  // configure
   bool clears_scene = false;
 };
 
@@ -163,13 +158,10 @@ struct Mailbox {
 
 class ControlLoop {
  public:
-  /// @param personality that the device has started with
-  ControlLoop(const LoopConfig& config, const game::ForceParams& game_params,
-              const dial::DetentParams& detents, protocol::Personality personality)
-      : config_(config),
-        game_params_(game_params),
-        dial(attention_, detents),
-        guest(personality == protocol::Personality::dial ? static_cast<Guest&>(dial) : game) {}
+  /// @param one_guest for life
+  ControlLoop(const LoopConfig& config, Guest& one_guest) : config_(config), guest(one_guest) {
+    guest.call_by(attention_);
+  }
   ControlLoop(const ControlLoop&) = delete;
   ControlLoop& operator=(const ControlLoop&) = delete;
 
@@ -282,13 +274,10 @@ class ControlLoop {
 
   LoopCounters counters_;
   Ring<Order, 2> orders_;
-  game::ForceParams game_params_;  // of ticks that decide
 
  public:
   Mailbox mail;
-  game::Forces game{attention_, game_params_};
-  dial::Detents dial;
-  Guest& guest;  // one of these, for life
+  Guest& guest;
 };
 
 // Here, so that a round keeps it in registers: a copy in memory would be waited for.

@@ -100,8 +100,7 @@ Status ControlLoop::configure(const Order& order) {
     index_ = {.told = index_.told, .level = index_.level};
   }
   config_ = *order.config;
-  game_params_ = *order.game;
-  dial.configure(*order.detents);
+  guest.configure();
   controller_.bound = {};
   // Only a law that knows the brake keeps these up, and a bent shaft its piece.
   controller_.sensor.slipped_nm = 0.0F;

@@ -93,11 +93,11 @@ Device::Device(const BoardInfo& board, const SlotViews& stored)
       wakes_host_(config_.game.remote_wakeup == protocol::Toggle::on),
       loop_config_(
           make_loop_config(config_, board.control_period_ns, trust_in(config_, board.moves_parts))),
-      game_params_(game::make_force_params(config_, board.control_period_ns)),
-      detent_params_(dial::make_detent_params(config_, board.control_period_ns)),
-      loop_(loop_config_, game_params_, detent_params_, personality_),
-      game_(loop_.game, config_, board.control_period_ns),
-      dial_(config_, board.control_period_ns) {}
+      game_(config_, board.control_period_ns),
+      dial_(config_, board.control_period_ns),
+      guest_(personality_ == protocol::Personality::dial ? static_cast<GuestFunction&>(dial_)
+                                                         : game_),
+      loop_(loop_config_, guest_.player()) {}
 
 core::Resolution Device::resolution() const { return loop_config_.controller.motion.resolution; }
 
@@ -268,10 +268,7 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   // In their places: copies on the way there would be the deepest that the stack holds.
   new (&loop_config_) LoopConfig(
       make_loop_config(config_, board_.control_period_ns, trust_in(config_, board_.moves_parts)));
-  game_params_ = game::make_force_params(config_, board_.control_period_ns);
-  detent_params_ = dial::make_detent_params(config_, board_.control_period_ns);
-  game_.configure(config_);
-  dial_.configure(config_);
+  guest_.configure(config_);
   // A lag of 0 takes the brake out of the sensor's model. Calibration does so to see its own
   // commands. The coil goes on with the earlier lag.
   const float lag_s = config_.actuator.brake_time_constant_s;
@@ -279,8 +276,6 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;
-  order.game = &game_params_;
-  order.detents = &detent_params_;
   order.clears_scene = clears_scene;
   return order;
 }
@@ -319,9 +314,7 @@ Order Device::enter_bootloader() {
 // Main loop ----------------------------------------------------------------------------------
 
 void Device::service() {
-  const bool is_dial = personality_ == protocol::Personality::dial;
-  const Wish wish = is_dial ? dial_.service(loop_.now()) : game_.service(loop_.now());
-  if (is_dial) loop_.dial.feel(dial_.feel());
+  const Wish wish = guest_.service(loop_.now());
   if (wish != Wish::nothing_new) loop_.guest.want(wish == Wish::take);
   if (!inbox_.empty()) [[unlikely]]
     read_inbox();
@@ -344,13 +337,11 @@ void Device::service() {
 
 void Device::set_buttons(std::uint8_t pressed) {
   buttons_ = pressed;
-  game_.set_buttons(pressed);
-  dial_.set_buttons(pressed);
+  guest_.set_buttons(pressed);
 }
 
 void Device::set_connected(bool connected) {
-  if (!connected && loop_.connected()) game_.disconnect();
-  if (connected != loop_.connected()) dial_.settle();
+  if (connected != loop_.connected()) guest_.settle(connected);
   loop_.set_connected(connected);
 }
 

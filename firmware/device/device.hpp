@@ -18,7 +18,6 @@
 #include "device/config_store.hpp"
 #include "device/control_loop.hpp"
 #include "device/dial/dial.hpp"
-#include "device/game/params.hpp"
 #include "device/game/pid_engine.hpp"
 #include "device/power_logic.hpp"
 #include "device/ring.hpp"
@@ -100,9 +99,9 @@ class Device {
     std::uint8_t buttons = 0;
   };
   Touch touch() const { return {loop_.now().position_counts, buttons_}; }
-  /// The game interface, for its own reports.
+  /// The second interface, for its own reports.
+  GuestFunction& guest() { return guest_; }
   game::PidEngine& game() { return game_; }
-  /// The same of a dial.
   dial::Dial& dial() { return dial_; }
   /// Buttons that are pressed, bit 0 the first.
   void set_buttons(std::uint8_t pressed);
@@ -175,11 +174,10 @@ class Device {
   const protocol::Personality personality_;
   const bool wakes_host_;
   LoopConfig loop_config_;
-  game::ForceParams game_params_;
-  dial::DetentParams detent_params_;
-  ControlLoop loop_;
   game::PidEngine game_;
   dial::Dial dial_;
+  GuestFunction& guest_;  // one of these
+  ControlLoop loop_;
   PowerLogic* power_ = nullptr;  // nullptr: no current is measured
   SceneBuilder scene_;
   TelemetryBatch batch_;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/force_source.hpp"
+#include "device/hid_function.hpp"
 #include "protocol/enumerations.hpp"
 
 namespace torsio::device {
@@ -21,6 +22,9 @@ struct Moment {
 /// Its wish for the actuator.
 enum class Wish : std::uint8_t { nothing_new, take, let_go };
 
+struct Config;
+
+/// The control interrupt's side of it.
 class Guest : public core::ForceSource {
  public:
   // Control interrupt, in ticks that decide.
@@ -42,6 +46,10 @@ class Guest : public core::ForceSource {
   virtual void drop() { wanted_.store(0, std::memory_order_relaxed); }
   /// What has ended does not come back by an update any more.
   virtual void forget() {}
+  /// Takes the parameters that the main loop has prepared. Only while nobody plays.
+  virtual void configure() = 0;
+  /// @param attention becomes 1 as soon as there is something to do
+  void call_by(std::atomic<std::uint32_t>& attention) { attention_ = &attention; }
 
   // Main loop.
 
@@ -52,21 +60,38 @@ class Guest : public core::ForceSource {
   }
 
  protected:
-  /// @param attention becomes 1 as soon as there is something to do; outlives this
-  Guest(protocol::Owner owner, std::atomic<std::uint32_t>& attention)
-      : name(owner), attention_(attention) {}
+  explicit Guest(protocol::Owner owner) : name(owner) {}
   ~Guest() = default;
   bool wanted() const { return wanted_.load(std::memory_order_relaxed) != 0; }
   void call() {
     awake_.store(1, std::memory_order_release);
-    attention_.store(1, std::memory_order_release);
+    attention_->store(1, std::memory_order_release);
   }
 
   std::atomic<std::uint32_t> awake_{1};  // set by both contexts, cleared by the interrupt only
 
  private:
-  std::atomic<std::uint32_t>& attention_;
+  std::atomic<std::uint32_t>* attention_ = &awake_;
   std::atomic<std::uint32_t> wanted_{0};
+};
+
+/// The main loop's side: its interface of USB.
+class GuestFunction : public HidFunction {
+ public:
+  virtual Guest& player() = 0;
+  /// In every round of the main loop.
+  virtual Wish service(const Moment& now) = 0;
+  /// The configuration has changed. The interrupt's side takes it later.
+  virtual void configure(const Config& config) = 0;
+  /// The bus comes or goes.
+  virtual void settle(bool connected) = 0;
+  /// A host begins that knows nothing.
+  virtual void begin_anew() {}
+  /// Buttons that are pressed, bit 0 the first.
+  virtual void set_buttons(std::uint8_t pressed) = 0;
+
+ protected:
+  ~GuestFunction() = default;
 };
 
 }  // namespace torsio::device

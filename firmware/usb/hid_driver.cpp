@@ -30,7 +30,7 @@ constexpr std::uint8_t kOutput = 0x02;
 constexpr std::uint8_t kFeature = 0x03;
 
 struct Interface {
-  HidFunction* function = nullptr;
+  device::HidFunction* function = nullptr;
   std::uint8_t endpoint_in = 0;  // 0: not open
   std::uint8_t endpoint_out = 0;
   bool holding = false;  // an output report waits for room
@@ -223,7 +223,7 @@ constexpr usbd_class_driver_t kDriver{"torsio HID",    init,          deinit, re
 
 bool is_open = false;
 
-void set_hid_function(std::uint8_t interface, HidFunction& function) {
+void set_hid_function(std::uint8_t interface, device::HidFunction& function) {
   interfaces[interface].function = &function;
 }
 

@@ -7,8 +7,8 @@
 
 #include <cstdint>
 
+#include "device/hid_function.hpp"
 #include "device/usb_descriptors.hpp"
-#include "usb/hid_function.hpp"
 
 namespace torsio::usb {
 
@@ -19,7 +19,7 @@ extern bool is_open;
 inline bool wakes_host = false;
 
 /// Says what stands behind an interface. Before the stack starts.
-void set_hid_function(std::uint8_t interface, HidFunction& function);
+void set_hid_function(std::uint8_t interface, device::HidFunction& function);
 
 /// The descriptors for the host. Before the stack starts.
 void set_personality(device::Personality personality);

@@ -68,67 +68,17 @@ std::size_t ControlFunction::next_input(std::span<std::uint8_t> report) {
   return bytes.size();
 }
 
-std::size_t GameFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
-  return engine_.get_feature(id, report);
-}
-
-std::size_t GameFunction::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
-  return engine_.get_input(id, report);
-}
-
-bool GameFunction::set_feature(std::span<const std::uint8_t> report) {
-  return engine_.set_feature(report);
-}
-
-bool GameFunction::receive(std::span<const std::uint8_t> report) {
-  engine_.receive(report);
-  return true;
-}
-
-std::size_t GameFunction::next_input(std::span<std::uint8_t> report) {
-  return engine_.next_input(report);
-}
-
-std::size_t DialFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
-  return dial_.get_feature(id, report);
-}
-
-std::size_t DialFunction::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
-  return dial_.get_input(id, report);
-}
-
-void DialFunction::input_over(bool taken) { dial_.input_over(taken); }
-
-bool DialFunction::set_feature(std::span<const std::uint8_t> report) {
-  return dial_.set_feature(report);
-}
-
-bool DialFunction::receive(std::span<const std::uint8_t> report) {
-  dial_.receive(report);
-  return true;
-}
-
-std::size_t DialFunction::next_input(std::span<std::uint8_t> report) {
-  return dial_.next_input(report);
-}
-
 UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
     : device_(device),
       still_ticks_(kStillNs / board.control_period_ns),
-      control_(device, board.control_period_ns),
-      game_(device.game()),
-      dial_(device.dial()) {
+      control_(device, board.control_period_ns) {
   wakes_host = device.wakes_host();
   device_descriptor = device::device_descriptor(board.firmware_version);
   serial = board.serial;
   set_hid_function(device::kControlInterface, control_);
   personality = device.personality();
   set_personality(personality);
-  if (personality == device::Personality::dial) {
-    set_hid_function(device::kGameInterface, dial_);
-  } else {
-    set_hid_function(device::kGameInterface, game_);
-  }
+  set_hid_function(device::kGameInterface, device.guest());
   device_.set_connected(false);
   the_device = &device;
   const tusb_rhport_init_t init{TUSB_ROLE_DEVICE, TUSB_SPEED_FULL};
@@ -177,7 +127,7 @@ bool UsbDevice::has_host() const {
 
 // Called by the stack: the cable is out, or the host has taken the configuration away. A bus reset
 // is neither: it is how a host wakes a device whose drivers stay, and they ask for nothing again.
-extern "C" void tud_umount_cb() { torsio::usb::the_device->dial().begin_anew(); }
+extern "C" void tud_umount_cb() { torsio::usb::the_device->guest().begin_anew(); }
 
 // Asked by the stack.
 extern "C" const std::uint8_t* tud_descriptor_device_cb() {

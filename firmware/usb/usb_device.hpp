@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "device/device.hpp"
-#include "usb/hid_function.hpp"
 
 namespace torsio::usb {
 
@@ -16,7 +15,7 @@ namespace torsio::usb {
 /// A report lies in the endpoint's buffer, where nothing reaches it any more, until the host asks
 /// for it, once in a frame. So prompt telemetry is put there as late as possible: a quarter of a
 /// frame before the host's next request is due.
-class ControlFunction final : public HidFunction {
+class ControlFunction final : public device::HidFunction {
  public:
   ControlFunction(device::Device& device, std::uint32_t control_period_ns);
 
@@ -31,37 +30,6 @@ class ControlFunction final : public HidFunction {
   device::Device& device_;
   std::uint32_t early_ticks_;  // so long after a report was taken it is early for the next
   std::uint64_t taken_at_tick_ = 0;
-};
-
-/// The game interface.
-class GameFunction final : public HidFunction {
- public:
-  explicit GameFunction(device::game::PidEngine& engine) : engine_(engine) {}
-
-  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
-  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
-  bool set_feature(std::span<const std::uint8_t> report) override;
-  bool receive(std::span<const std::uint8_t> report) override;
-  std::size_t next_input(std::span<std::uint8_t> report) override;
-
- private:
-  device::game::PidEngine& engine_;
-};
-
-/// The dial, in place of the game interface.
-class DialFunction final : public HidFunction {
- public:
-  explicit DialFunction(device::dial::Dial& dial) : dial_(dial) {}
-
-  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
-  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
-  bool set_feature(std::span<const std::uint8_t> report) override;
-  bool receive(std::span<const std::uint8_t> report) override;
-  std::size_t next_input(std::span<std::uint8_t> report) override;
-  void input_over(bool taken) override;
-
- private:
-  device::dial::Dial& dial_;
 };
 
 class UsbDevice {
@@ -87,8 +55,6 @@ class UsbDevice {
   std::uint32_t still_ticks_;  // before which a bus that sleeps must not be woken
   device::Device::Touch touched_;
   ControlFunction control_;
-  GameFunction game_;
-  DialFunction dial_;
 };
 
 }  // namespace torsio::usb

@@ -25,23 +25,23 @@ DetentParams make_detent_params(const Config& config, std::uint32_t period_ns);
 
 class Detents final : public Guest {
  public:
-  Detents(std::atomic<std::uint32_t>& attention, const DetentParams& params)
-      : Guest(protocol::Owner::dial, attention), params_(params) {}
+  explicit Detents(const DetentParams& params)
+      : Guest(protocol::Owner::dial), params_(params), prepared_(params) {}
 
   // Control interrupt.
 
-  /// Only while nothing is felt.
-  void configure(const DetentParams& params) { params_ = params; }
   bool take_news(bool may_play, std::uint64_t tick) override;
   bool play_on() override;
   bool stay_awake(bool /*has_actuator*/) override { return rises_ || level_ticks_ != 0; }
   void release() override { rises_ = false; }
   void drop() override;
+  void configure() override { params_ = prepared_; }
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
                   std::uint64_t tick) override;
 
   // Main loop.
 
+  void prepare(const DetentParams& params) { prepared_ = params; }
   /// What is to be felt.
   void feel(Feel feel) { feel_.store(feel.word, std::memory_order_relaxed); }
 
@@ -50,6 +50,7 @@ class Detents final : public Guest {
 
   std::atomic<std::uint32_t> feel_{Feel{}.word};
   DetentParams params_;
+  DetentParams prepared_;
   bool rises_ = false;
   std::uint32_t level_ticks_ = 0;  // of params_.ramp_ticks
   std::uint32_t pulse_ticks_ = 0;  // left of the pulse

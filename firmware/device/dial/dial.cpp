@@ -86,7 +86,10 @@ std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
 }
 
 Dial::Dial(const Config& config, std::uint32_t period_ns)
-    : haptics_(period_ns), turn_watch_(period_ns) {
+    : period_ns_(period_ns),
+      notches_(make_detent_params(config, period_ns)),
+      haptics_(period_ns),
+      turn_watch_(period_ns) {
   prompt_ticks_ = kPromptNs / period_ns;
   listen_ticks_ = kListenNs / period_ns;
   deaf_ticks_ = kDeafNs / period_ns;
@@ -106,6 +109,7 @@ void Dial::configure(const Config& config) {
   reversed_ = config.game.reversed == protocol::Toggle::on;
   coarse_ = config.game.dial_coarse == protocol::Toggle::on;
   fast_steps_ = config.game.dial_fast_steps;
+  notches_.prepare(make_detent_params(config, period_ns_));
   skip();
 }
 
@@ -146,7 +150,7 @@ void Dial::skip() {
   debt_ = told_units_ == place ? Debt::none : place % kUnits == 0 ? Debt::fresh : Debt::due;
 }
 
-void Dial::settle() {
+void Dial::settle(bool /*connected*/) {
   skip();
   given_tick_ = now_.tick;  // a report that slept with the bus is not late
   state_due_ = kAll;
@@ -157,7 +161,7 @@ void Dial::begin_anew() {
   fine_ = 0;
   told_units_ = whole_detents(told_units_);
   haptics_.begin_anew();
-  settle();
+  settle(false);
 }
 
 Wish Dial::service(const Moment& now) {
@@ -168,11 +172,12 @@ Wish Dial::service(const Moment& now) {
   if (now.owner == protocol::Owner::sdk || !felt_) haptics_.stop();
   const bool plays = haptics_.service(now.tick);
   if (plays) turn_watch_.touch(now.tick);
+  notches_.feel(haptics_.feel(free_use_ == DialUse::radial));
   const Wish wish = turn_watch_.see(now, moved_origin, felt_);
   return plays ? Wish::take : wish;
 }
 
-std::size_t Dial::get_feature(std::uint8_t id, std::span<std::uint8_t> report) const {
+std::size_t Dial::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
   if (id != kResolutionReport) return haptics_.get_feature(id, report);
   if (report.size() < kShortReportSize) return 0;
   report[0] = kResolutionReport;
@@ -190,7 +195,7 @@ bool Dial::set_feature(std::span<const std::uint8_t> report) {
   return true;
 }
 
-std::size_t Dial::get_input(std::uint8_t id, std::span<std::uint8_t> report) const {
+std::size_t Dial::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
   if (report.size() < kMouseReportSize) return 0;
   if (id == kVolumeReport) {
     report[0] = kVolumeReport;

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "device/config.hpp"
+#include "device/dial/detents.hpp"
 #include "device/dial/haptics.hpp"
 #include "device/turn_watch.hpp"
 #include "protocol/reports.hpp"
@@ -23,7 +24,7 @@ namespace torsio::device::dial {
 std::int64_t units(std::int64_t position_counts, std::uint32_t counts_per_rev,
                    std::uint32_t detents_per_turn);
 
-class Dial {
+class Dial final : public GuestFunction {
  public:
   Dial(const Config& config, std::uint32_t period_ns);
 
@@ -31,37 +32,34 @@ class Dial {
 
   /// Answers a request for a feature report.
   /// @returns its size; 0 stalls the request
-  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) const;
+  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
   /// Takes a feature report.
   /// @returns false to stall the request; nothing has changed then
-  bool set_feature(std::span<const std::uint8_t> report);
+  bool set_feature(std::span<const std::uint8_t> report) override;
   /// Takes an output report.
-  void receive(std::span<const std::uint8_t> report) {
+  bool receive(std::span<const std::uint8_t> report) override {
     if (free_use_ == protocol::DialUse::radial) haptics_.receive(report);
+    return true;
   }
   /// Writes an input report as it stands. A wheel tells changes, so it stands still.
   /// @returns its size; 0 stalls the request
-  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) const;
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
   /// Writes the next input report.
   /// @returns its size; 0 if nothing is new
-  std::size_t next_input(std::span<std::uint8_t> report);
+  std::size_t next_input(std::span<std::uint8_t> report) override;
   /// The host has taken the last input report, or never will.
-  void input_over(bool taken);
+  void input_over(bool taken) override;
 
   // The rest of the device.
 
-  /// In every round of the main loop.
-  Wish service(const Moment& now);
-  /// The configuration has changed.
-  void configure(const Config& config);
-  /// The bus comes or goes: turns so far are told to nobody, and the state is told anew.
-  void settle();
-  /// A host begins that knows nothing: it has not asked for the fine resolution yet.
-  void begin_anew();
-  /// Buttons that are pressed, bit 0 the first.
-  void set_buttons(std::uint8_t pressed);
-  /// What is to be felt.
-  Feel feel() const { return haptics_.feel(free_use_ == protocol::DialUse::radial); }
+  Guest& player() override { return notches_; }
+  Wish service(const Moment& now) override;
+  void configure(const Config& config) override;
+  /// Turns so far are told to nobody, and the state is told anew.
+  void settle(bool connected) override;
+  /// The host has not asked for the fine resolution yet.
+  void begin_anew() override;
+  void set_buttons(std::uint8_t pressed) override;
 
  private:
   /// A part of a detent that the host has not heard of: of where the knob still is, or of before.
@@ -86,6 +84,8 @@ class Dial {
   std::size_t next_volume(std::span<std::uint8_t> report);
   std::size_t next_radial(std::span<std::uint8_t> report);
 
+  const std::uint32_t period_ns_;
+  Detents notches_;
   protocol::DialUse use_ = protocol::DialUse::wheel;          // now
   protocol::DialUse free_use_ = protocol::DialUse::wheel;     // without a button
   protocol::DialUse pressed_use_ = protocol::DialUse::wheel;  // while the first one is pressed

@@ -100,21 +100,20 @@ struct ForceParams {
   float torque_max_nm = 0;  // of all effects together, and of a wall at an end
   float end_rad = 1;        // where the axis ends, on both sides
   float end_stiffness = 0;  // N m/rad of the walls there
-  StableLimits most;
+  StableLimits most{};
   std::uint32_t blend_ticks = 1;      // length of a blend
   std::uint32_t release_ticks = 1;    // of the fade when somebody else takes the actuator
   std::uint32_t idle_ticks = 1;       // with nothing to play, after which the actuator is let go
   std::uint32_t soft_ticks = 1;       // in which a spring that begins comes up
   std::uint32_t frame_max_ticks = 0;  // longest time between updates that are joined; 0: none are
-  OwnFeel own;
+  OwnFeel own{};
   float hit_nm = 0;  // a change of more than this beyond the one before it is a hit, and passes
 };
 
 class Forces final : public Guest {
  public:
-  /// @param params changed by the interrupt only; outlives this
-  Forces(std::atomic<std::uint32_t>& attention, const ForceParams& params)
-      : Guest(protocol::Owner::game, attention), params_(params) {}
+  explicit Forces(const ForceParams& params)
+      : Guest(protocol::Owner::game), params_(params), prepared_(params) {}
 
   // Control interrupt.
 
@@ -132,8 +131,10 @@ class Forces final : public Guest {
   void release() override;  // sets everything aside
   void drop() override;     // likewise
   void forget() override;
+  void configure() override { params_ = prepared_; }
 
   // Main loop.
+  void prepare(const ForceParams& params) { prepared_ = params; }
   /// @returns false if there is no room
   [[nodiscard]] bool give(const ForceOrder& order);
   std::uint32_t free_orders() const { return orders_.free(); }
@@ -203,7 +204,8 @@ class Forces final : public Guest {
   float effect_nm(const PreparedEffect& effect, Playing& play, const core::Motion& motion,
                   float period_s, std::uint64_t now);
 
-  const ForceParams& params_;
+  ForceParams params_;
+  ForceParams prepared_;
   Ring<ForceOrder, 4> orders_;
 
   std::array<PreparedEffect, kBlocks> effect_;

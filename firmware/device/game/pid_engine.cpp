@@ -38,14 +38,15 @@ SetRamp* place_of(Block& block, const SetRamp&) {
 
 }  // namespace
 
-PidEngine::PidEngine(Forces& forces, const Config& config, std::uint32_t period_ns)
-    : forces_(forces),
+PidEngine::PidEngine(const Config& config, std::uint32_t period_ns)
+    : forces_(make_force_params(config, period_ns)),
       period_ns_(period_ns),
       scale_(make_game_scale(config, period_ns)),
       turn_watch_(period_ns) {}
 
 void PidEngine::configure(const Config& config) {
   scale_ = make_game_scale(config, period_ns_);
+  forces_.prepare(make_force_params(config, period_ns_));
   for (Block& block : blocks_) {
     if (block.type != EffectType::none) touch(block);
   }
@@ -87,8 +88,8 @@ void PidEngine::take(const Report& report) {
   }
 }
 
-void PidEngine::receive(std::span<const std::uint8_t> report) {
-  if (report.empty()) return;
+bool PidEngine::receive(std::span<const std::uint8_t> report) {
+  if (report.empty()) return true;
   heard_ = true;
   ++updates_;
   if (report[0] != PidLayout<DeviceControl>::id) controls_ = 0;
@@ -98,6 +99,7 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
     }
   });
   send_orders();
+  return true;
 }
 
 bool PidEngine::set_feature(std::span<const std::uint8_t> report) {
@@ -274,7 +276,8 @@ void PidEngine::send_blocks() {
 
 // The rest of the device ---------------------------------------------------------------------
 
-void PidEngine::disconnect() {
+void PidEngine::settle(bool connected) {
+  if (connected) return;
   leave_all();
   joystick_sent_ = false;
   state_due_ = true;

@@ -19,41 +19,40 @@
 
 namespace torsio::device::game {
 
-class PidEngine {
+class PidEngine final : public GuestFunction {
  public:
-  PidEngine(Forces& forces, const Config& config, std::uint32_t period_ns);
+  PidEngine(const Config& config, std::uint32_t period_ns);
 
   // Reports. They begin with their id.
 
   /// Answers a request for a feature report.
   /// @returns its size; 0 stalls the request
-  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report);
+  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
   /// Takes a feature report.
   /// @returns false to stall the request; nothing has changed then
-  bool set_feature(std::span<const std::uint8_t> report);
+  bool set_feature(std::span<const std::uint8_t> report) override;
   /// Takes an output report at once: there is no queue. One that cannot be read is ignored.
-  void receive(std::span<const std::uint8_t> report);
+  bool receive(std::span<const std::uint8_t> report) override;
   /// Writes an input report as things are.
   /// @returns its size; 0 stalls the request
-  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) const;
+  std::size_t get_input(std::uint8_t id, std::span<std::uint8_t> report) override;
   /// Writes the next input report: the axis when it moved, and now and then for new listeners; then
   /// effects that have begun or ended.
   /// @returns its size; 0 if nothing is new
-  std::size_t next_input(std::span<std::uint8_t> report);
+  std::size_t next_input(std::span<std::uint8_t> report) override;
 
   // The rest of the device.
 
   /// Effects of games, for watchers; the next effects in turns.
   protocol::GameMonitor monitor(float torque_step_nm);
-  /// In every round of the main loop.
+  Guest& player() override { return forces_; }
   /// @returns what the player's own feel wants of the actuator
-  Wish service(const Moment& now);
-  /// The configuration has changed.
-  void configure(const Config& config);
-  /// Nobody is on the bus any more: everything is set aside. The blocks are kept.
-  void disconnect();
-  /// Buttons that are pressed, bit 0 the first. A press starts the effects it triggers.
-  void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
+  Wish service(const Moment& now) override;
+  void configure(const Config& config) override;
+  /// When nobody is on the bus any more everything is set aside. The blocks are kept.
+  void settle(bool connected) override;
+  /// A press starts the effects it triggers.
+  void set_buttons(std::uint8_t pressed) override { buttons_ = pressed; }
 
  private:
   template <class Report>
@@ -90,7 +89,7 @@ class PidEngine {
   std::uint16_t pool_available() const;
   bool friction_holds() const;
 
-  Forces& forces_;
+  Forces forces_;
   std::uint32_t period_ns_;
   GameScale scale_;
   Moment now_;

@@ -110,7 +110,7 @@ bool PidEngine::is_aside(std::size_t index) const {
   return (forces_.blocks_aside(index / 32) >> (index % 32) & 1U) != 0;
 }
 
-std::size_t PidEngine::get_input(std::uint8_t id, std::span<std::uint8_t> report) const {
+std::size_t PidEngine::get_input(std::uint8_t id, std::span<std::uint8_t> report) {
   if (report.size() < kLongestReport) return 0;
   if (id == PidLayout<Joystick>::id) return encode(Joystick{axis(), buttons_}, report);
   if (id != PidLayout<PidState>::id) return 0;

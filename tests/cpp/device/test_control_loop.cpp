@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "device/control_loop.hpp"
+#include "device/game/forces.hpp"
 
 using namespace torsio;
 using device::ControlLoop;
@@ -23,8 +24,7 @@ struct Loop {
     config.control = control;
     config.control.law = protocol::Law::motor_only;
     settings = device::make_loop_config(config, 1'000'000);
-    loop = std::make_unique<ControlLoop>(settings, game, detents,
-                                         protocol::Personality::game_controller);
+    loop = std::make_unique<ControlLoop>(settings, game);
   }
   void give(Order order) {
     REQUIRE(loop->takes_order());
@@ -60,8 +60,7 @@ struct Loop {
   }
 
   device::LoopConfig settings;
-  device::game::ForceParams game;
-  device::dial::DetentParams detents;
+  device::game::Forces game{{}};
   std::unique_ptr<ControlLoop> loop;
   std::vector<std::unique_ptr<core::Scene>> scenes;
   device::TickInputs in;

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "device/control_loop.hpp"
+#include "device/dial/detents.hpp"
+#include "device/game/forces.hpp"
 
 using namespace torsio;
 using device::ControlLoop;
@@ -32,11 +34,9 @@ struct PhasedLoop {
     config.control.law = protocol::Law::motor_only;
     config.control.passive_ramp_s = ramp_s;
     config.control.watchdog_s = 1e-3F;
-    game.idle_ticks = 1000;
     settings = device::make_loop_config(config, 100'000);
-    loop = std::make_unique<ControlLoop>(
-        settings, game, detents,
-        dial ? protocol::Personality::dial : protocol::Personality::game_controller);
+    loop =
+        std::make_unique<ControlLoop>(settings, dial ? static_cast<device::Guest&>(detents) : game);
     tick();
   }
 
@@ -71,7 +71,7 @@ struct PhasedLoop {
     for (; ticks > 0; --ticks) give(Order::Kind::keep_alive);
   }
   void order_game(const device::game::ForceOrder& order) {
-    REQUIRE(loop->game.give(order));
+    REQUIRE(game.give(order));
     tick();
   }
   std::string name() const {
@@ -118,8 +118,8 @@ struct PhasedLoop {
   }
 
   device::LoopConfig settings;
-  device::game::ForceParams game;
-  device::dial::DetentParams detents;
+  device::game::Forces game{{.idle_ticks = 1000}};
+  device::dial::Detents detents{{}};
   std::unique_ptr<ControlLoop> loop;
   device::TickInputs in;
 };

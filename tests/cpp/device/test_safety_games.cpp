@@ -161,9 +161,7 @@ TEST_CASE("full level is what the motor can give, where that is less than the ga
 }
 
 TEST_CASE("orders to the interrupt are refused when there is no room") {
-  std::atomic<std::uint32_t> attention{0};
-  const device::game::ForceParams params;
-  device::game::Forces forces(attention, params);
+  device::game::Forces forces{{}};
   for (int i = 0; i < 4; ++i) CHECK(forces.give({}));
   CHECK_FALSE(forces.give({}));
 }

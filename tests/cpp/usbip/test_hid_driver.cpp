@@ -77,7 +77,7 @@ namespace {
 using bench::Bytes;
 using bench::stack;
 
-struct Function : torsio::usb_on_the_bench::HidFunction {
+struct Function : torsio::device::HidFunction {
   std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override {
     ++asked;
     report[0] = id;

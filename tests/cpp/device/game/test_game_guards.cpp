@@ -232,12 +232,9 @@ TEST_CASE("the axis stays at its end however far the knob was turned") {
   for (const std::uint32_t counts_per_rev : {4U, 360U, 8192U, 1U << 24}) {
     device::Config config;
     config.actuator.counts_per_rev = counts_per_rev;
-    std::atomic<std::uint32_t> attention{0};
-    const device::game::ForceParams params;
-    device::game::Forces forces(attention, params);
-    device::game::PidEngine engine(forces, config, 50'000);
+    device::game::PidEngine engine(config, 50'000);
     const auto x = [&](std::int64_t counts) {
-      engine.disconnect();  // tells the axis anew
+      engine.settle(false);  // tells the axis anew
       (void)engine.service({0, counts, 0, protocol::Owner::none});
       std::array<std::uint8_t, 64> report{};
       do {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace torsio::usb {
+namespace torsio::device {
 
 class HidFunction {
  public:
@@ -37,4 +37,4 @@ class HidFunction {
   ~HidFunction() = default;
 };
 
-}  // namespace torsio::usb
+}  // namespace torsio::device
