@@ -120,8 +120,8 @@ void SampleFeed::Listener::begin(std::uint64_t first_tick, std::uint64_t end_tic
 }
 
 void SampleFeed::Listener::throw_disarmed(const Disarm& disarm) const {
-  throw Disarmed("the recording was to stay armed, but " + disarm_text(disarm) + "; " +
-                     std::to_string(into_.size() - had_) + " samples came until then",
+  throw Disarmed("the recording was to stay armed, but " + disarm_text(disarm) +
+                     "; samples until then: " + std::to_string(into_.size() - had_),
                  disarm_reason_name(disarm.reason));
 }
 
@@ -154,8 +154,8 @@ void SampleFeed::Listener::run(std::uint64_t first_tick, std::uint64_t end_tick,
       known_until_tick = received_until_tick_;
       continue;
     }
-    throw Timeout("telemetry dried up: " + std::to_string(into_.size() - had_) +
-                  " samples came, then nothing more; does another program use the device?");
+    throw Timeout("telemetry dried up; samples until then: " + std::to_string(into_.size() - had_) +
+                  ". Does another program use the device?");
   }
   const Link::Held held = feed_.link_.lock();
   if (failure_ != nullptr) std::rethrow_exception(failure_);

@@ -433,7 +433,7 @@ def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: 
     )  # fmt: skip
     finding = examination.check_parts(dataclasses.replace(facts, limits=low))
     assert not finding.ok
-    assert "motor 15 mN m (12.5 for ever), brake 30 mN m, 10 rad/s" in finding.text
+    assert "motor 15 mN m (12.5 continuously), brake 30 mN m, 10 rad/s" in finding.text
     assert "confirmed=on" in finding.advice
 
 

@@ -113,7 +113,7 @@ def limits_text(limits: Limits) -> str:
     speed = f"{limits.speed_limit_rad_s:g} rad/s" if limits.speed_limit_rad_s else "any speed"
     motor = f"{1e3 * limits.motor_torque_max_nm:.3g} mN m"
     if limits.motor_torque_continuous_max_nm < limits.motor_torque_max_nm:
-        motor += f" ({1e3 * limits.motor_torque_continuous_max_nm:.3g} for ever)"
+        motor += f" ({1e3 * limits.motor_torque_continuous_max_nm:.3g} continuously)"
     return f"motor {motor}, brake {1e3 * limits.brake_torque_max_nm:.3g} mN m, {speed}"
 
 
