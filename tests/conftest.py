@@ -74,7 +74,7 @@ def pytest_runtest_setup() -> None:
 def _opens_what_its_group_covers(request: pytest.FixtureRequest) -> Iterator[None]:
     """Fail a test that reads a file whose change would not have it run."""
     yield
-    opened = [str(Path(path).relative_to(TREE)) for path in OPENED]
+    opened = [str(Path(path).relative_to(TREE)) for path in OPENED.copy()]  # threads add to it
     test = request.node.nodeid
     chosen = getattr(request.config, "workerinput", {}).get("groups", RUN)
     assert groups.not_covered(test, opened, chosen) == [], (
