@@ -22,6 +22,7 @@ import pytest
 from rich.console import Console
 
 import torsio
+from tests.python.processes import python
 from torsio import batch, calibration
 from torsio.common import checks, screen
 
@@ -196,7 +197,7 @@ def test_package_that_was_copied_without_its_metadata_works() -> None:
         "from torsio.common import documents, extras\n"
         "print(torsio.__version__, extras.source_folder(), documents.entry('encoder'))\n"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    told = python(code, check=True)
     entry = "docs/reference/troubleshooting.md#encoder"
     assert told.stdout.split() == [torsio.__version__, "None", entry]
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import torsio
+from tests.python.processes import python
 from torsio import testing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
@@ -160,9 +159,7 @@ def test_virtual_time_is_the_knobs_and_ends_with_its_block() -> None:
         print(passed_s, time.monotonic() - begin_s, (time.perf_counter_ns() - begin_ns) / 1e9)
     print((time.monotonic, time.perf_counter_ns, time.sleep) == real)
     """
-    result = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
+    result = python(program, check=True)
     passed_s, monotonic_s, counter_s, restored = result.stdout.split()
     assert float(passed_s) == pytest.approx(20.0, abs=2e-3)
     assert float(monotonic_s) == pytest.approx(float(passed_s), abs=1e-6)
@@ -175,10 +172,7 @@ def test_virtual_time_is_the_knobs_and_ends_with_its_block() -> None:
 
 def test_package_does_not_import_pytest() -> None:
     program = "import sys, torsio, torsio.testing; print('pytest' in sys.modules)"
-    result = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert result.stdout == "False\n"
+    assert python(program, check=True).stdout == "False\n"
 
 
 def test_fixtures_give_a_knob_a_hand_and_faults(pytester: pytest.Pytester) -> None:
@@ -455,10 +449,7 @@ WAIT = """if True:
 )
 def test_wait_of_the_standard_library_ends_by_the_walls_clock(wait: str) -> None:
     # In a process of its own, with a limit for any loaded machine.
-    result = subprocess.run(
-        [sys.executable, "-c", WAIT.format(wait)],
-        capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
+    result = python(WAIT.format(wait))
     assert result.stdout == "done\n", result.stderr
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import signal
-import subprocess
-import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -18,6 +16,7 @@ import pytest
 
 import torsio
 from tests.faults.knobs import Device, device
+from tests.python.processes import python
 from tests.python.test_disk_full import full_disk
 from torsio.calibration import calibrate
 from torsio.recordings.writing import wait_for_all
@@ -320,13 +319,7 @@ atexit.register(torsio.knob.knob._close_all)
 def test_every_knob_is_closed_when_python_ends_though_one_cannot_tell_its_file(
     tmp_path: Path,
 ) -> None:
-    ended = subprocess.run(
-        [sys.executable, "-c", AT_END, str(tmp_path)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    ended = python(AT_END, tmp_path)
     assert ended.stdout == "[False, False, False] [True, True, True]\n", ended.stderr
     assert ended.returncode == 0
     assert "large" in ended.stderr or "space" in ended.stderr
@@ -352,13 +345,7 @@ threading.Thread(target=look, daemon=True).start()
 
 
 def test_end_of_python_disarms_all_knobs_before_it_waits_for_a_file(tmp_path: Path) -> None:
-    ended = subprocess.run(
-        [sys.executable, "-c", AT_END_OF_A_FILE_THAT_HANGS, str(tmp_path)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    ended = python(AT_END_OF_A_FILE_THAT_HANGS, tmp_path)
     assert (ended.stdout, ended.stderr) == ("disarmed\n", "")
 
 
