@@ -85,8 +85,8 @@ export class Games {
       ...(monitor.paused === "on" ? ["paused"] : []),
       `gain ${((100 * Number(monitor.gain)) / 32767).toFixed(0)} %`,
       `together ${milli(monitor.torque)} mN·m`,
-      `${String(monitor.updates)} reports`,
-      `${String(monitor.effects)} effects`,
+      `reports ${String(monitor.updates)}`,
+      `effects ${String(monitor.effects)}`,
       ...(asked > 100 ? [
         `together they ask for ${asked} % of their limit`,
         ...(often === undefined ? [] : [`clipped ${Math.round(100 * often)} % of the time`]),
