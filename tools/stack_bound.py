@@ -33,7 +33,7 @@ INDIRECT: dict[str, tuple[str, ...]] = {
         r"(6player|7service|9configure|6settle|11set_buttons|10begin_anew)E.*",
     ),
     # The board's rule for its wiring.
-    r".*6device16check_consistent.*11BoardConfig.*": (r".*17find_pin_conflict.*",),
+    r".*6device11check_rules.*(11BoardConfig|14ActuatorConfig).*": (r".*17find_pin_conflict.*",),
     # An interface of the device's, behind the class driver.
     r".*(15control_request|8poll_hid).*": (
         r".*11get_feature.*",

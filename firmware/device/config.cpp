@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "device/parts.hpp"
+#include "device/wall_parts.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
@@ -85,7 +85,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
                                limits.brake_torque_max_nm};
   loop.speed_limit_rad_s = limits.speed_limit_rad_s;
   loop.controller.bound = core::make_bound_params(
-      core::stable_stiffness(parts(actuator, control, resolution)), resolution,
+      core::stable_stiffness(wall_parts(actuator, control, resolution)), resolution,
       loop.controller.partition.motor_torque_max_nm, actuator.knob_coulomb_nm);
   // No slower than the speed of one count.
   const float full_rad_s =
@@ -156,17 +156,20 @@ protocol::Verdict check_consistent(const ShaftConfig& config) {
   return {};
 }
 
-/// Out of line, so that tools/stack_bound.py finds the call through the pointer here.
-[[gnu::noinline]] protocol::Verdict check_consistent(const protocol::BoardConfig& config,
-                                                     std::uint8_t index_pin, WiringRule rule) {
-  const std::optional<PinConflict> conflict = rule(config, index_pin);
+/// Both are out of line, so that tools/stack_bound.py finds their calls through a pointer.
+[[gnu::noinline]] protocol::Verdict check_rules(const protocol::BoardConfig& report,
+                                                const protocol::Configurations& others,
+                                                WiringRule rule) {
+  const std::optional<PinConflict> conflict = rule(report, others.actuator.encoder_index_pin);
   if (!conflict) return {};
   return {protocol::Status::inconsistent, conflict->field};
 }
 
-protocol::Verdict check_index_pin(const ActuatorConfig& actuator,
-                                  const protocol::BoardConfig& board, WiringRule rule) {
-  if (check_consistent(board, actuator.encoder_index_pin, rule).ok()) return {};
+[[gnu::noinline]] protocol::Verdict check_rules(const ActuatorConfig& report,
+                                                const protocol::Configurations& others,
+                                                WiringRule rule) {
+  const protocol::Verdict verdict = check_consistent(report);
+  if (!verdict.ok() || !rule(others.board, report.encoder_index_pin)) return verdict;
   return {protocol::Status::inconsistent,
           protocol::field_index<ActuatorConfig>("encoder_index_pin")};
 }

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 
 #include "core/controller.hpp"
 #include "device/actuator_limits.hpp"
@@ -43,29 +42,19 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
 /// The most that the motor gives: its ability, and at most its cap.
 float motor_max_nm(const Config& config);
 
-/// The encoder's index has a pin for itself.
-protocol::Verdict check_index_pin(const protocol::ActuatorConfig& actuator,
-                                  const protocol::BoardConfig& board, WiringRule rule);
-
-/// Each pin can do its job on this board.
-protocol::Verdict check_consistent(const protocol::BoardConfig& config, std::uint8_t index_pin,
-                                   WiringRule rule);
-
-/// Rules of a report that has such a check.
+/// Rules of a report, if there are any.
 /// @param others that it must go with
 template <class Report>
-protocol::Verdict check_rules(const Report& report,
-                              [[maybe_unused]] const protocol::Configurations& others,
-                              [[maybe_unused]] WiringRule rule) {
-  protocol::Verdict verdict;
-  if constexpr (requires { check_consistent(report); }) verdict = check_consistent(report);
-  if constexpr (std::is_same_v<Report, protocol::ActuatorConfig>) {
-    if (verdict.ok()) verdict = check_index_pin(report, others.board, rule);
-  } else if constexpr (std::is_same_v<Report, protocol::BoardConfig>) {
-    verdict = check_consistent(report, others.actuator.encoder_index_pin, rule);
-  }
-  return verdict;
+protocol::Verdict check_rules(const Report& report, const protocol::Configurations&, WiringRule) {
+  if constexpr (requires { check_consistent(report); }) return check_consistent(report);
+  return {};
 }
+/// The encoder's index has a pin for itself.
+protocol::Verdict check_rules(const protocol::ActuatorConfig& report,
+                              const protocol::Configurations& others, WiringRule rule);
+/// Each pin can do its job on this board.
+protocol::Verdict check_rules(const protocol::BoardConfig& report,
+                              const protocol::Configurations& others, WiringRule rule);
 
 /// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten. It shows one and a half
 /// times the torque of motor and brake together.

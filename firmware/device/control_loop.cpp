@@ -197,7 +197,7 @@ protocol::Ledger ControlLoop::ledger() const {
 
 /// Whether somebody who is there may have the actuator, or share it.
 bool ControlLoop::may_take() const {
-  return !fades() && mail.held.load(std::memory_order_relaxed) == 0;
+  return !fades() && mail.barred.load(std::memory_order_relaxed) == 0;
 }
 
 /// While somebody's torque is let go nobody else is served.

@@ -38,7 +38,7 @@ struct TickOutputs {
 /// Something for the control loop to do between two ticks, and to acknowledge.
 struct Order {
   enum class Kind : std::uint8_t {
-    acknowledge,  // done already, or refused: only say so
+    settled,  // done already, or refused: only say so
     arm,
     disarm,
     stop,
@@ -53,7 +53,7 @@ struct Order {
     keep_alive,
   };
 
-  Kind kind = Kind::acknowledge;
+  Kind kind = Kind::settled;
   bool acknowledged = true;
   std::uint8_t report = 0;
   std::uint16_t sequence = 0;
@@ -151,7 +151,7 @@ struct Faults {
 struct Mailbox {
   // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed. So
   // the device cannot arm between the question and the act that needs it disarmed.
-  std::atomic<std::uint32_t> held{0};
+  std::atomic<std::uint32_t> barred{0};
   Ring<Answer, 16> answers;
   Ring<LoopSample, 64> samples;
 };

@@ -46,7 +46,7 @@ bool ControlLoop::carry_out(const Order& order) {
 
 Status ControlLoop::execute(const Order& order) {
   switch (order.kind) {
-    case Order::Kind::acknowledge:
+    case Order::Kind::settled:
     case Order::Kind::keep_alive:
       return Status::ok;
     case Order::Kind::arm:

@@ -222,7 +222,7 @@ Order Device::order_for(const protocol::CurvePoints& points) {
     return refusal({Status::inconsistent, protocol::field_index<protocol::CurvePoints>("points")});
   }
   scene_.put_points(points.first_point, std::span(points.torque_nm).first(points.points));
-  return order_of(Order::Kind::acknowledge);
+  return order_of(Order::Kind::settled);
 }
 
 template <class EffectReport>
@@ -231,7 +231,7 @@ Order Device::order_for(const EffectReport& report) {
   const Verdict verdict = prepare(report, resolution(), effect);
   if (!verdict.ok()) return refusal(verdict);
   scene_.put(report.target.slot, effect);
-  return order_of(Order::Kind::acknowledge);
+  return order_of(Order::Kind::settled);
 }
 
 template <protocol::Configuration Part>
@@ -280,35 +280,35 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   return order;
 }
 
-/// Keeps everybody from arming until release().
+/// Keeps everybody from arming until allow_arming().
 /// @returns false if somebody has armed already
-bool Device::hold() {
-  loop_.mail.held.store(1, std::memory_order_relaxed);
+bool Device::bar_arming() {
+  loop_.mail.barred.store(1, std::memory_order_relaxed);
   if (!armed()) return true;
-  release();
+  allow_arming();
   return false;
 }
 
-void Device::release() {
-  loop_.mail.held.store(bootloader_ != Bootloader::no ? 1 : 0, std::memory_order_relaxed);
+void Device::allow_arming() {
+  loop_.mail.barred.store(bootloader_ != Bootloader::no ? 1 : 0, std::memory_order_relaxed);
 }
 
 Order Device::save() {
   // While flash is written nobody serves the bus, and the watchdog is slow.
-  if (!hold()) return refusal({Status::not_disarmed});
+  if (!bar_arming()) return refusal({Status::not_disarmed});
   if (const Snapshot now = loop_.snapshot(); now.index.found()) {
     config_.index_counts = within_turn(now.index.at_counts,
                                        static_cast<std::int32_t>(config_.actuator.counts_per_rev));
   }
   store_.prepare(config_, slot_write_.emplace());
-  return order_of(Order::Kind::acknowledge);
+  return order_of(Order::Kind::settled);
 }
 
 Order Device::enter_bootloader() {
   if (!board_.has_bootloader) return refusal({Status::unsupported});
-  if (!hold()) return refusal({Status::not_disarmed});
+  if (!bar_arming()) return refusal({Status::not_disarmed});
   bootloader_ = Bootloader::asked;
-  return order_of(Order::Kind::acknowledge);
+  return order_of(Order::Kind::settled);
 }
 
 // Main loop ----------------------------------------------------------------------------------
@@ -363,7 +363,7 @@ void Device::storage_failed() {
 }
 
 void Device::finish_save() {
-  release();
+  allow_arming();
   loop_.give(*save_order_);
   save_order_.reset();
 }

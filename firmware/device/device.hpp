@@ -160,8 +160,8 @@ class Device {
   void read_inbox();
   Order configure(const Config& config);
   Order reconfigure(std::uint32_t counts_per_rev);
-  bool hold();
-  void release();
+  bool bar_arming();
+  void allow_arming();
   Order save();
   void finish_save();
   Order enter_bootloader();

@@ -120,7 +120,7 @@ void Device::gather_telemetry() {
   const SampleSteps steps{torque_step_nm(config_.actuator), kSpeedStepRadS};
   if (batch_.prompt()) {
     // The gap shows in the ticks.
-    while (loop_.mail.samples.held() > protocol::samples_per_report) loop_.mail.samples.pop();
+    while (loop_.mail.samples.count() > protocol::samples_per_report) loop_.mail.samples.pop();
   }
   while (const LoopSample* sample = loop_.mail.samples.front()) {
     const bool waits = !batch_.prompt() && batch_.due(board_.control_period_ns);

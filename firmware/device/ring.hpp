@@ -33,7 +33,7 @@ class Ring {
     const std::uint32_t head = head_.load(std::memory_order_relaxed);
     return head == tail_.load(std::memory_order_acquire) ? nullptr : &items_[head % Size];
   }
-  std::uint32_t held() const {
+  std::uint32_t count() const {
     return tail_.load(std::memory_order_acquire) - head_.load(std::memory_order_relaxed);
   }
   void pop() { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }

@@ -2,7 +2,7 @@
 
 #include "core/angle.hpp"
 #include "core/stability.hpp"
-#include "device/parts.hpp"
+#include "device/wall_parts.hpp"
 
 namespace torsio::conversion {
 namespace {
@@ -37,7 +37,7 @@ StableStiffness stable_stiffness(const protocol::ActuatorConfig& actuator,
                                  std::uint32_t control_period_ns) {
   const core::Resolution resolution =
       core::make_resolution(actuator.counts_per_rev, control_period_ns);
-  const core::Parts parts = device::parts(actuator, control, resolution);
+  const core::Parts parts = device::wall_parts(actuator, control, resolution);
   const core::StableStiffness found = core::stable_stiffness(parts);
   return {with_steps(static_cast<double>(found.stiffness_nm_per_rad), parts),
           name(found.limited_by)};

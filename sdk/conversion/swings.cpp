@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "device/parts.hpp"
 #include "device/prepare.hpp"
+#include "device/wall_parts.hpp"
 
 namespace torsio::conversion {
 namespace {
@@ -425,7 +425,7 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
   const bool bounds = core::traits(static_cast<core::Law>(control.law)).bounds;
   const double slope_nm_per_rad = slope_of(reports, resolution, bounds);
   if (slope_nm_per_rad <= rests_nm_per_rad) return {};
-  const core::Parts parts = device::parts(actuator, control, resolution);
+  const core::Parts parts = device::wall_parts(actuator, control, resolution);
   if (surely_rest(parts, slope_nm_per_rad)) {
     rests_nm_per_rad = slope_nm_per_rad;
     return {};

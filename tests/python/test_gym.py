@@ -22,7 +22,7 @@ from gymnasium.vector import AutoresetMode
 import torsio
 from tests.python.test_extras import run
 from tools.dev import environment
-from torsio.common import dial
+from torsio.common import picture
 from torsio.gym import FindDetent, IdentifyShaft, KnobEnv, KnobVectorEnv, RenderWall, Task
 from torsio.telemetry import LOOP_DTYPE
 
@@ -277,8 +277,8 @@ def test_state_of_one_environment_has_its_draws_too() -> None:
 def test_picture_shows_angle_and_torques(angle_rad: float) -> None:
     state = np.zeros(1, LOOP_DTYPE)
     state["angle_rad"], state["motor_torque_nm"], state["hand_torque_nm"] = angle_rad, -0.05, 0.2
-    image = dial.draw(state[0]).astype(int)
-    orange, blue = dial.BARS["hand_torque_nm"], dial.BARS["motor_torque_nm"]
+    image = picture.draw(state[0]).astype(int)
+    orange, blue = picture.BARS["hand_torque_nm"], picture.BARS["motor_torque_nm"]
     rows, columns = np.nonzero((image[:240] == orange).all(axis=2))
     shown = np.arctan2(columns.mean() - 119.5, 119.5 - rows.mean())
     assert shown % (2 * np.pi) == pytest.approx(angle_rad, abs=0.02)

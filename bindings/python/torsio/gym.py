@@ -29,7 +29,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from torsio.batch import MOST_AT_ONCE, Knobs
-from torsio.common import checks, dial
+from torsio.common import checks, picture
 from torsio.errors import InvalidArgument
 from torsio.tasks import FindDetent, IdentifyShaft, RenderWall, Task
 
@@ -203,14 +203,14 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         self._require_open()
         self.__dict__.update(deepcopy(state))
 
-    def render(self) -> tuple[dial.Image, ...] | None:
+    def render(self) -> tuple[picture.Image, ...] | None:
         """Draw each knob now, RGB of shape (300, 240, 3); None without a render mode."""
         if self.render_mode is None:
             return None
         self._require_open()
         if self._knobs is None:
             raise gymnasium.error.ResetNeeded("call reset() before render()")
-        return tuple(dial.draw(state) for state in self._knobs.states)
+        return tuple(picture.draw(state) for state in self._knobs.states)
 
     def close_extras(self, **_: Any) -> None:
         """Give the knobs' memory back."""
@@ -278,7 +278,7 @@ class KnobEnv(gymnasium.Env[Observations, Observations]):
         seen, reward, _, ended, info = self._many.step(np.asarray(action)[np.newaxis])
         return seen[0], float(reward[0]), False, bool(ended[0]), info
 
-    def render(self) -> dial.Image | None:
+    def render(self) -> picture.Image | None:
         """Draw the knob now: dial and torques; None without a render mode."""
         drawn = self._many.render()
         return None if drawn is None else drawn[0]

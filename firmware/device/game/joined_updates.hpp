@@ -51,11 +51,11 @@ struct JoinedUpdates {
   void begin_frame(std::uint64_t now, std::uint32_t frame_max_ticks) {
     const std::uint64_t gap = now - updated;
     if (2 * gap < frame_ticks) return;
-    const bool held = gap > frame_max_ticks;
+    const bool paused = gap > frame_max_ticks;
     updated = now;
-    change_before_nm = held ? 0.0F : change_nm;
+    change_before_nm = paused ? 0.0F : change_nm;
     change_nm = 0.0F;
-    if (held) return;
+    if (paused) return;
     const auto frame = static_cast<std::uint32_t>(gap);
     frame_ticks = frame_ticks == 0 ? frame : (3 * frame_ticks + frame) / 4;
   }

@@ -10,9 +10,9 @@
 
 namespace torsio::device {
 
-constexpr core::Parts parts(const protocol::ActuatorConfig& actuator,
-                            const protocol::ControlConfig& control,
-                            const core::Resolution& resolution) {
+constexpr core::Parts wall_parts(const protocol::ActuatorConfig& actuator,
+                                 const protocol::ControlConfig& control,
+                                 const core::Resolution& resolution) {
   return {
       .period_s = resolution.period_s,
       .rad_per_count = resolution.rad_per_count,
