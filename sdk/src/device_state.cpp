@@ -15,44 +15,44 @@ static_assert(static_cast<int>(State::fault) == static_cast<int>(protocol::State
 }  // namespace
 
 State DeviceState::state() {
-  const Link::Held held = link_.lock();
-  link_.look(held);  // a plug may have been pulled without any time passing
+  const Link::Locked locked = link_.lock();
+  link_.look(locked);  // a plug may have been pulled without any time passing
   return state_;
 }
 
 bool DeviceState::wait_for(State state, std::int64_t timeout_ns) {
-  return link_.wait_until([&](const Link::Held&) { return state_ == state; }, timeout_ns);
+  return link_.wait_until([&](const Link::Locked&) { return state_ == state; }, timeout_ns);
 }
 
 std::vector<Event> DeviceState::take_events(std::int64_t timeout_ns) {
   if (timeout_ns == 0) {
     (void)state();  // which takes in what is there
   } else {
-    link_.wait_until([&](const Link::Held&) { return !events.empty(); }, timeout_ns);
+    link_.wait_until([&](const Link::Locked&) { return !events.empty(); }, timeout_ns);
   }
   return events.take();
 }
 
 std::optional<Disarm> DeviceState::last_disarm() {
   (void)state();
-  const Link::Held held = link_.lock();
+  const Link::Locked locked = link_.lock();
   return last_disarm_;
 }
 
-std::optional<Disarm> DeviceState::disarm_since(const Link::Held&, std::uint64_t disarms) const {
+std::optional<Disarm> DeviceState::disarm_since(const Link::Locked&, std::uint64_t disarms) const {
   if (disarms_ == disarms) return std::nullopt;
   return last_disarm_;
 }
 
 // News of the device -----------------------------------------------------------------------------
 
-void DeviceState::take(const Link::Held& held, const protocol::Acknowledgement& answer) {
+void DeviceState::take(const Link::Locked& locked, const protocol::Acknowledgement& answer) {
   // The event of the same tick came before, unless it was lost.
-  become(held, {state_of(answer.state), static_cast<Owner>(answer.owner), 0, answer.tick},
+  become(locked, {state_of(answer.state), static_cast<Owner>(answer.owner), 0, answer.tick},
          arming.is_disarming() ? DisarmReason::order : DisarmReason::unknown);
 }
 
-void DeviceState::take(const Link::Held& held, const protocol::Event& event) {
+void DeviceState::take(const Link::Locked& locked, const protocol::Event& event) {
   if (event.kind == protocol::EventKind::watchdog) fading_ = DisarmReason::watchdog;
   if (event.kind == protocol::EventKind::deadline_missed) fading_ = DisarmReason::deadline_missed;
   if (event.kind == protocol::EventKind::excitation_over) fading_ = DisarmReason::excitation_over;
@@ -70,32 +70,32 @@ void DeviceState::take(const Link::Held& held, const protocol::Event& event) {
   } else if (owner_ == Owner::dial && !arming.is_disarming()) {
     reason = DisarmReason::dial_idle;
   }
-  become(held, {state, static_cast<Owner>(event.owner), event.faults, event.tick}, reason);
+  become(locked, {state, static_cast<Owner>(event.owner), event.faults, event.tick}, reason);
   tell_event(event_kind_name(static_cast<std::uint8_t>(event.kind)), event.faults, event.tick);
 }
 
 /// The event may be lost: a computer that reads nothing for a while, because its program was
 /// stopped, keeps what came first.
-void DeviceState::take(const Link::Held& held, State state, std::uint64_t tick) {
+void DeviceState::take(const Link::Locked& locked, State state, std::uint64_t tick) {
   if (state_ == State::armed && state != State::armed && tick > said_tick_) {
-    become(held, {state, Owner::none, 0, tick},
+    become(locked, {state, Owner::none, 0, tick},
            state == State::fault ? DisarmReason::fault : DisarmReason::unknown);
   }
 }
 
 void DeviceState::note(const protocol::Health& health) {
-  const Link::Held held = link_.lock();
+  const Link::Locked locked = link_.lock();
   if (link_.is_lost()) return;
-  become(held,
+  become(locked,
          {state_of(health.state), static_cast<Owner>(health.owner), health.faults,
-          link_.newest_tick(held)},
+          link_.newest_tick(locked)},
          DisarmReason::unknown);
 }
 
-void DeviceState::lose(const Link::Held& held) {
-  become(held, {State::disconnected, Owner::none, 0, link_.newest_tick(held)},
+void DeviceState::lose(const Link::Locked& locked) {
+  become(locked, {State::disconnected, Owner::none, 0, link_.newest_tick(locked)},
          DisarmReason::disconnected);
-  tell_event("state_changed", 0, link_.newest_tick(held));
+  tell_event("state_changed", 0, link_.newest_tick(locked));
 }
 
 /// Whether this is the reason of a disarming that had none.
@@ -106,7 +106,7 @@ bool DeviceState::explains(const Said& said, DisarmReason why) const {
 
 /// Takes over what the device has said about itself. If that means that its torque is gone, keeps
 /// why.
-void DeviceState::become(const Link::Held& held, const Said& said, DisarmReason why) {
+void DeviceState::become(const Link::Locked& locked, const Said& said, DisarmReason why) {
   // Before it disarms for these reasons the device has said so.
   if (why == DisarmReason::unknown && fading_) why = *fading_;
   const bool falls = state_ == State::armed && said.state != State::armed;
@@ -120,7 +120,7 @@ void DeviceState::become(const Link::Held& held, const Said& said, DisarmReason 
   said_tick_ = said.tick;
   state_ = said.state;
   owner_ = said.owner;
-  arming.hear(is_armed(held), owner_ == Owner::sdk);
+  arming.hear(is_armed(locked), owner_ == Owner::sdk);
 }
 
 void DeviceState::tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick) {

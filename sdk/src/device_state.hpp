@@ -31,17 +31,17 @@ class DeviceState {
   [[nodiscard]] std::optional<Disarm> last_disarm();
 
   /// Units.
-  void configure(const Link::Held&, const protocol::Identity& identity) { identity_ = identity; }
-  void take(const Link::Held& held, const protocol::Acknowledgement& answer);
-  void take(const Link::Held& held, const protocol::Event& event);
+  void configure(const Link::Locked&, const protocol::Identity& identity) { identity_ = identity; }
+  void take(const Link::Locked& locked, const protocol::Acknowledgement& answer);
+  void take(const Link::Locked& locked, const protocol::Event& event);
   /// The state as telemetry of a tick has it.
-  void take(const Link::Held& held, State state, std::uint64_t tick);
-  void lose(const Link::Held& held);
-  [[nodiscard]] bool is_armed(const Link::Held&) const { return state_ == State::armed; }
+  void take(const Link::Locked& locked, State state, std::uint64_t tick);
+  void lose(const Link::Locked& locked);
+  [[nodiscard]] bool is_armed(const Link::Locked&) const { return state_ == State::armed; }
   /// How the torque went the last time, if it did since it had gone `disarms` times.
-  [[nodiscard]] std::optional<Disarm> disarm_since(const Link::Held& held,
+  [[nodiscard]] std::optional<Disarm> disarm_since(const Link::Locked& locked,
                                                    std::uint64_t disarms) const;
-  [[nodiscard]] std::uint64_t disarms(const Link::Held&) const { return disarms_; }
+  [[nodiscard]] std::uint64_t disarms(const Link::Locked&) const { return disarms_; }
 
   Arming arming;     // takes no lock
   EventFeed events;  // has locks of its own
@@ -56,7 +56,7 @@ class DeviceState {
   };
 
   [[nodiscard]] bool explains(const Said& said, DisarmReason why) const;
-  void become(const Link::Held& held, const Said& said, DisarmReason why);
+  void become(const Link::Locked& locked, const Said& said, DisarmReason why);
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
 
   Link& link_;

@@ -41,12 +41,12 @@ Link::Link(std::unique_ptr<Transport> transport, std::function<bool()> interrupt
 
 void Link::start() {
   if (time_is_virtual()) return;
-  const Held start = lock();
+  const Locked start = lock();
   reader_ = std::thread([this] {
     read_loop();
     bool lets_go = false;
     {
-      const Held held = lock();
+      const Locked locked = lock();
       reads_ = false;
       lets_go = let_go_;
       news_.notify_all();
@@ -61,33 +61,33 @@ Link::~Link() {
 }
 
 void Link::stop() noexcept {
-  Held held = lock();
+  Locked locked = lock();
   stopped_ = true;
   news_.notify_all();
   for (int waits = 0; reads_ && waits < kWaitsForRead; ++waits) {
-    news_.wait_for(held.lock_, kWaitForRead, [&] { return !reads_; });
+    news_.wait_for(locked.lock_, kWaitForRead, [&] { return !reads_; });
   }
 }
 
 void Link::let_go() noexcept {
-  Held held = lock();
+  Locked locked = lock();
   if (!reads_) {
-    held.lock_.unlock();
+    locked.lock_.unlock();
     transport_->close();
-    held.lock_.lock();
+    locked.lock_.lock();
   }
   let_go_ = true;
   news_.notify_all();
 }
 
 bool Link::is_held() const noexcept {
-  const Held held = lock();
+  const Locked locked = lock();
   return reads_;
 }
 
 void Link::wait_until_let_go() noexcept {
-  Held held = lock();
-  news_.wait(held.lock_, [&] { return let_go_; });
+  Locked locked = lock();
+  news_.wait(locked.lock_, [&] { return let_go_; });
 }
 
 void Link::throw_unless_here() const {
@@ -95,15 +95,15 @@ void Link::throw_unless_here() const {
   throw Closed("the knob belongs to the process that this one was forked from; open it here");
 }
 
-void Link::throw_if_gone(const Held&) const {
+void Link::throw_if_gone(const Locked&) const {
   if (stopped_) throw Closed("the knob was closed; open it again");
   if (is_lost_) throw Disconnected(why_lost_);
 }
 
 // Time -------------------------------------------------------------------------------------------
 
-bool Link::wait_until(const std::function<bool(const Held&)>& done, std::int64_t timeout_ns) {
-  Held held = lock();
+bool Link::wait_until(const std::function<bool(const Locked&)>& done, std::int64_t timeout_ns) {
+  Locked locked = lock();
   const std::int64_t begin_ns = now_ns();
   const std::int64_t deadline_ns =
       begin_ns > 0 && timeout_ns > INT64_MAX - begin_ns ? INT64_MAX : begin_ns + timeout_ns;
@@ -113,8 +113,8 @@ bool Link::wait_until(const std::function<bool(const Held&)>& done, std::int64_t
   auto moved_at = steady_clock::now();
   while (true) {
     // Arrived reports count even if the device is gone now.
-    if (done(held)) return true;
-    throw_if_gone(held);
+    if (done(locked)) return true;
+    throw_if_gone(locked);
     // To ask a virtual clock takes a lock, so it is asked once a frame.
     const std::int64_t now_ns = transport_->now_ns();
     if (now_ns >= deadline_ns) return false;
@@ -128,19 +128,19 @@ bool Link::wait_until(const std::function<bool(const Held&)>& done, std::int64_t
     }
 
     if (wall >= ask_at) {
-      held.lock_.unlock();
+      locked.lock_.unlock();
       ask_user();
       ask_at = steady_clock::now() + kAskUserEvery;
-      held.lock_.lock();
+      locked.lock_.lock();
     } else if (time_is_virtual()) {
-      pass_frame(held, now_ns, deadline_ns);
+      pass_frame(locked, now_ns, deadline_ns);
       ++still_frames;
-      held.lock_.unlock();
+      locked.lock_.unlock();
       receiver_.tell();
-      held.lock_.lock();
+      locked.lock_.lock();
     } else {
       const auto left = std::chrono::nanoseconds(deadline_ns - now_ns);
-      news_.wait_until(held.lock_,
+      news_.wait_until(locked.lock_,
                        std::min<steady_clock::time_point>(
                            ask_at, steady_clock::now() +
                                        std::min<std::chrono::nanoseconds>(left, kAskUserEvery)));
@@ -156,40 +156,40 @@ void Link::ask_user() {
 }
 
 void Link::sleep(std::int64_t duration_ns) {
-  wait_until([](const Held&) { return false; }, duration_ns);
+  wait_until([](const Locked&) { return false; }, duration_ns);
 }
 
 /// Virtual time: passes from now to the next frame of the cable, but not beyond `limit_ns`. Input
 /// is read and signs of life are sent at frames only. Frames lie at absolute times, so it does not
 /// matter how calls cut the time.
-void Link::pass_frame(const Held& held, std::int64_t now_ns, std::int64_t limit_ns) {
+void Link::pass_frame(const Locked& locked, std::int64_t now_ns, std::int64_t limit_ns) {
   const std::int64_t frame = now_ns / kFrameNs + 1;
   if (frame * kFrameNs > limit_ns) {
     transport_->advance_to(limit_ns);
     return;
   }
   transport_->advance_to(frame * kFrameNs);
-  take_in_virtual(held);
+  take_in_virtual(locked);
   const std::int64_t keep_alive_frames = std::max<std::int64_t>(keep_alive_ns_ / kFrameNs, 1);
-  if (receiver_.is_armed(held) && frame % keep_alive_frames == 0 && send_keep_alive()) {
-    log(held, true, keep_alive_report());
+  if (receiver_.is_armed(locked) && frame % keep_alive_frames == 0 && send_keep_alive()) {
+    log(locked, true, keep_alive_report());
   }
 }
 
-void Link::take_in_virtual(const Held& held) {
+void Link::take_in_virtual(const Locked& locked) {
   try {
     protocol::ReportBytes report;
-    for (int n = 0; n < kMostReports && transport_->read(report, 0ns); ++n) take(held, report);
+    for (int n = 0; n < kMostReports && transport_->read(report, 0ns); ++n) take(locked, report);
   } catch (const Interrupted&) {
     throw;  // it is the program that ends here, not the device
   } catch (const std::exception& error) {
-    lose(held, error.what());
+    lose(locked, error.what());
   }
 }
 
-void Link::look(const Held& held) {
-  if (stopped_) throw_if_gone(held);
-  if (time_is_virtual() && !is_lost_) take_in_virtual(held);
+void Link::look(const Locked& locked) {
+  if (stopped_) throw_if_gone(locked);
+  if (time_is_virtual() && !is_lost_) take_in_virtual(locked);
 }
 
 // In ---------------------------------------------------------------------------------------------
@@ -203,9 +203,9 @@ void Link::read_loop() {
       const std::chrono::nanoseconds period(keep_alive_ns_);
       const bool got = transport_->read(report, std::min<std::chrono::nanoseconds>(period, 20ms));
       {
-        const Held held = lock();
-        if (got) take(held, report);
-        armed = receiver_.is_armed(held);
+        const Locked locked = lock();
+        if (got) take(locked, report);
+        armed = receiver_.is_armed(locked);
       }
       // Without the lock, which those who are woken want at once.
       if (got) news_.notify_all();
@@ -221,16 +221,16 @@ void Link::read_loop() {
   }
 }
 
-void Link::take(const Held& held, const protocol::ReportBytes& report) {
-  log(held, false, report);
-  if (!receiver_.take(held, report)) ++statistics_.reports_undecodable;
+void Link::take(const Locked& locked, const protocol::ReportBytes& report) {
+  log(locked, false, report);
+  if (!receiver_.take(locked, report)) ++statistics_.reports_undecodable;
 }
 
-void Link::lose(const Held& held, const std::string& why) {
+void Link::lose(const Locked& locked, const std::string& why) {
   if (!is_lost_) {
     why_lost_ = why;
     is_lost_ = true;
-    receiver_.lose(held);
+    receiver_.lose(locked);
   }
   news_.notify_all();
 }
@@ -329,23 +329,23 @@ class Link::Tap final : public ReportTap {
 
 std::shared_ptr<ReportTap> Link::tap(bool with_telemetry, std::vector<LoggedReport> begin) {
   auto tap = std::make_shared<Tap>(with_telemetry, std::move(begin));
-  const Held held = lock();
+  const Locked locked = lock();
   taps_.push_back(tap);
   return tap;
 }
 
-void Link::count_samples(const Held&, std::uint64_t received, std::uint64_t lost) {
+void Link::count_samples(const Locked&, std::uint64_t received, std::uint64_t lost) {
   statistics_.samples_received += received;
   statistics_.samples_lost += lost;
 }
 
-void Link::count_refused_model(const Held&, std::string why) {
+void Link::count_refused_model(const Locked&, std::string why) {
   ++statistics_.local_models_refused;
   statistics_.last_refusal = std::move(why);
 }
 
 /// Counts a report, and shows it to the taps.
-void Link::log(const Held&, bool sent, const protocol::ReportBytes& report) {
+void Link::log(const Locked&, bool sent, const protocol::ReportBytes& report) {
   ++(sent ? statistics_.reports_sent : statistics_.reports_received);
   std::erase_if(taps_, [](const auto& tap) { return tap.expired(); });
   for (const auto& weak : taps_) {

@@ -30,14 +30,14 @@ inline constexpr std::int64_t kFrameNs = 1'000'000;
 ///
 /// Its one lock guards all that both sides touch, also what the session's other parts know. It is
 /// held neither while the transport writes nor while the user's code is called. Every member may be
-/// called from any thread; those that ask for Held only with the lock, all others only without.
+/// called from any thread; those that ask for Locked only with the lock, all others only without.
 class Link {
  public:
   /// Has the lock while it lives.
-  class Held {
+  class Locked {
    private:
     friend class Link;
-    explicit Held(std::mutex& mutex) : lock_(mutex) {}
+    explicit Locked(std::mutex& mutex) : lock_(mutex) {}
     std::unique_lock<std::mutex> lock_;
   };
 
@@ -50,11 +50,11 @@ class Link {
     virtual ~Receiver() = default;
 
     /// @returns false if the report makes no sense
-    virtual bool take(const Held& held, const protocol::ReportBytes& report) = 0;
+    virtual bool take(const Locked& locked, const protocol::ReportBytes& report) = 0;
     /// The device is gone.
-    virtual void lose(const Held& held) = 0;
+    virtual void lose(const Locked& locked) = 0;
     /// True while the device waits for signs of life.
-    [[nodiscard]] virtual bool is_armed(const Held& held) const = 0;
+    [[nodiscard]] virtual bool is_armed(const Locked& locked) const = 0;
     /// A frame of virtual time has passed.
     virtual void tell() = 0;
   };
@@ -119,37 +119,37 @@ class Link {
   /// Lets time pass until `done()`.
   /// @returns false if the time is over first
   /// @throws Disconnected, Closed, Interrupted
-  bool wait_until(const std::function<bool(const Held&)>& done, std::int64_t timeout_ns);
+  bool wait_until(const std::function<bool(const Locked&)>& done, std::int64_t timeout_ns);
 
   // For the other parts of the session ---------------------------------------------------------
 
-  [[nodiscard]] Held lock() const { return Held(mutex_); }
+  [[nodiscard]] Locked lock() const { return Locked(mutex_); }
   /// May be asked with the lock and without.
   [[nodiscard]] bool is_lost() const { return is_lost_; }
   /// Virtual time: takes in what is there, though no time passes. @throws Closed
-  void look(const Held& held);
+  void look(const Locked& locked);
   /// Of all that the device has sent.
-  [[nodiscard]] std::uint64_t newest_tick(const Held&) const { return newest_tick_; }
-  void note_tick(const Held&, std::uint64_t tick) { newest_tick_ = tick; }
-  void count_samples(const Held&, std::uint64_t received, std::uint64_t lost);
-  void count_refused_model(const Held&, std::string why);
-  [[nodiscard]] const LinkStatistics& statistics(const Held&) const { return statistics_; }
+  [[nodiscard]] std::uint64_t newest_tick(const Locked&) const { return newest_tick_; }
+  void note_tick(const Locked&, std::uint64_t tick) { newest_tick_ = tick; }
+  void count_samples(const Locked&, std::uint64_t received, std::uint64_t lost);
+  void count_refused_model(const Locked&, std::string why);
+  [[nodiscard]] const LinkStatistics& statistics(const Locked&) const { return statistics_; }
 
  private:
   class Tap;
 
-  void throw_if_gone(const Held& held) const;
+  void throw_if_gone(const Locked& locked) const;
   void ask_user();
   template <class Act>
   void on_transport(Act&& act);
-  void log(const Held& held, bool sent, const protocol::ReportBytes& report);
+  void log(const Locked& locked, bool sent, const protocol::ReportBytes& report);
   static protocol::ReportBytes keep_alive_report();
   bool send_keep_alive();
-  void pass_frame(const Held& held, std::int64_t now_ns, std::int64_t limit_ns);
-  void take_in_virtual(const Held& held);
+  void pass_frame(const Locked& locked, std::int64_t now_ns, std::int64_t limit_ns);
+  void take_in_virtual(const Locked& locked);
   void read_loop();
-  void take(const Held& held, const protocol::ReportBytes& report);
-  void lose(const Held& held, const std::string& why);
+  void take(const Locked& locked, const protocol::ReportBytes& report);
+  void lose(const Locked& locked, const std::string& why);
 
   const MakersProcess process_;
   const std::unique_ptr<Transport> transport_;

@@ -22,14 +22,14 @@ class Requests::Expectation {
   Expectation(const Expectation&) = delete;
   Expectation& operator=(const Expectation&) = delete;
   ~Expectation() {
-    const Link::Held held = requests_.link_.lock();
+    const Link::Locked locked = requests_.link_.lock();
     std::erase_if(requests_.pending_, [&](const Pending& pending) {
       return std::ranges::find(sequences_, pending.sequence) != sequences_.end();
     });
   }
 
   void add(std::uint16_t sequence) {
-    const Link::Held held = requests_.link_.lock();
+    const Link::Locked locked = requests_.link_.lock();
     sequences_.push_back(sequence);
     requests_.pending_.push_back({sequence, {}});
   }
@@ -37,7 +37,7 @@ class Requests::Expectation {
   /// @returns false if not all have come in time
   [[nodiscard]] bool wait(std::int64_t timeout_ns) const {
     return requests_.link_.wait_until(
-        [&](const Link::Held&) {
+        [&](const Link::Locked&) {
           return std::ranges::all_of(
               sequences_, [&](auto sequence) { return find(sequence).answer.has_value(); });
         },
@@ -45,7 +45,7 @@ class Requests::Expectation {
   }
 
   [[nodiscard]] std::vector<protocol::Acknowledgement> answers() const {
-    const Link::Held held = requests_.link_.lock();
+    const Link::Locked locked = requests_.link_.lock();
     std::vector<protocol::Acknowledgement> answers;
     for (const std::uint16_t sequence : sequences_) answers.push_back(*find(sequence).answer);
     return answers;
@@ -110,7 +110,7 @@ void Requests::order_blindly(protocol::Op op) {
     }
   }
   try {
-    if (link_.wait_until([&](const Link::Held&) { return blind_answered_.load(); }, kLastWordsNs))
+    if (link_.wait_until([&](const Link::Locked&) { return blind_answered_.load(); }, kLastWordsNs))
       note_taken(order);
   } catch (...) {  // NOLINT(bugprone-empty-catch): it has the order, or its watchdog ends it
   }
@@ -145,14 +145,14 @@ void Requests::command(protocol::Op op) {
 
 /// What a lost device has answered is no matter any more.
 void Requests::note_taken(Arming::Order& order) {
-  const Link::Held held = link_.lock();
+  const Link::Locked locked = link_.lock();
   if (!link_.is_lost()) order.taken();
 }
 
-void Requests::take(const Link::Held& held, const protocol::Acknowledgement& answer) {
+void Requests::take(const Link::Locked& locked, const protocol::Acknowledgement& answer) {
   if (answer.report == protocol::Layout<protocol::LocalModel>::id) {
     return link_.count_refused_model(
-        held, status_name(answer.status) + ": " + std::string(status_advice(answer.status)));
+        locked, status_name(answer.status) + ": " + std::string(status_advice(answer.status)));
   }
   if (answer.sequence == blind_) blind_answered_ = true;
   const auto pending = std::ranges::find(pending_, answer.sequence, &Pending::sequence);

@@ -67,7 +67,7 @@ class Requests {
   /// Gives an order and waits. @throws as exchange() does
   void command(protocol::Op op);
 
-  void take(const Link::Held& held, const protocol::Acknowledgement& answer);
+  void take(const Link::Locked& locked, const protocol::Acknowledgement& answer);
 
  private:
   struct Pending {

@@ -59,10 +59,10 @@ class SampleFeed {
 
    private:
     friend class SampleFeed;
-    bool take(const Link::Held& held, const TelemetrySample& sample);
+    bool take(const Link::Locked& locked, const TelemetrySample& sample);
     void begin(std::uint64_t first_tick, std::uint64_t end_tick);
     [[noreturn]] void throw_disarmed(const Disarm& disarm) const;
-    void take_what_was_read(const Link::Held& held);
+    void take_what_was_read(const Link::Locked& locked);
 
     SampleFeed& feed_;
     TelemetryRecord& into_;
@@ -75,11 +75,11 @@ class SampleFeed {
   };
 
   /// Units.
-  void configure(const Link::Held&, const protocol::Identity& identity) {
+  void configure(const Link::Locked&, const protocol::Identity& identity) {
     decoder_.configure(identity);
   }
-  void take(const Link::Held& held, const protocol::Telemetry& report);
-  void take(const Link::Held& held, const protocol::Acknowledgement& answer);
+  void take(const Link::Locked& locked, const protocol::Telemetry& report);
+  void take(const Link::Locked& locked, const protocol::Acknowledgement& answer);
 
  private:
   Link& link_;

@@ -55,9 +55,9 @@ void Session::disarm_quietly() noexcept {
 }
 
 void Session::set_identity(const protocol::Identity& identity) {
-  const Link::Held held = link.lock();
-  device.configure(held, identity);
-  samples.configure(held, identity);
+  const Link::Locked locked = link.lock();
+  device.configure(locked, identity);
+  samples.configure(locked, identity);
 }
 
 LinkStatistics Session::statistics() {
@@ -66,10 +66,10 @@ LinkStatistics Session::statistics() {
   return statistics;
 }
 
-bool Session::take(const Link::Held& held, const protocol::ReportBytes& report) {
+bool Session::take(const Link::Locked& locked, const protocol::ReportBytes& report) {
   const auto understood = [&]<class Report>(Report content) {
     if (!protocol::decode(report, content).ok()) return false;
-    hear(held, content);
+    hear(locked, content);
     return true;
   };
   switch (report[0]) {
@@ -84,16 +84,16 @@ bool Session::take(const Link::Held& held, const protocol::ReportBytes& report) 
   }
 }
 
-void Session::hear(const Link::Held& held, const protocol::Acknowledgement& answer) {
-  link.note_tick(held, answer.tick);
-  device.take(held, answer);
-  samples.take(held, answer);
-  requests.take(held, answer);
+void Session::hear(const Link::Locked& locked, const protocol::Acknowledgement& answer) {
+  link.note_tick(locked, answer.tick);
+  device.take(locked, answer);
+  samples.take(locked, answer);
+  requests.take(locked, answer);
 }
 
-void Session::hear(const Link::Held& held, const protocol::Event& event) {
-  link.note_tick(held, event.tick);
-  device.take(held, event);
+void Session::hear(const Link::Locked& locked, const protocol::Event& event) {
+  link.note_tick(locked, event.tick);
+  device.take(locked, event);
 }
 
 }  // namespace torsio

@@ -44,17 +44,17 @@ class Session : private Link::Receiver {
   SampleFeed samples;
 
  private:
-  bool take(const Link::Held& held, const protocol::ReportBytes& report) override;
-  void lose(const Link::Held& held) override { device.lose(held); }
-  [[nodiscard]] bool is_armed(const Link::Held& held) const override {
-    return device.is_armed(held);
+  bool take(const Link::Locked& locked, const protocol::ReportBytes& report) override;
+  void lose(const Link::Locked& locked) override { device.lose(locked); }
+  [[nodiscard]] bool is_armed(const Link::Locked& locked) const override {
+    return device.is_armed(locked);
   }
   void tell() override { device.events.tell(); }
-  void hear(const Link::Held& held, const protocol::Telemetry& report) {
-    samples.take(held, report);
+  void hear(const Link::Locked& locked, const protocol::Telemetry& report) {
+    samples.take(locked, report);
   }
-  void hear(const Link::Held& held, const protocol::Acknowledgement& answer);
-  void hear(const Link::Held& held, const protocol::Event& event);
+  void hear(const Link::Locked& locked, const protocol::Acknowledgement& answer);
+  void hear(const Link::Locked& locked, const protocol::Event& event);
 
   std::atomic<bool> closing_{false};  // somebody does
   std::atomic<bool> untold_{false};   // armed, and the way did not take the order to disarm
