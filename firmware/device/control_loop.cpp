@@ -80,12 +80,12 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
   faults_.present = static_cast<std::uint16_t>((faults_.present & ~kReported) | reported_by(in));
   if (faults_.forgives()) (void)clear_fault();
-  const bool heard = take_order();
+  take_order();
   if (index_.awake) [[unlikely]]
     watch_index();
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const guest_force = serve_guest();
-  if (plays()) watch_host(heard);
+  if (plays()) watch_host();
   const bool playing = plays();
   choose_torque(playing, guest_force);
   faults_.present = 0;
@@ -217,16 +217,11 @@ void ControlLoop::end_excitation() {
 }
 
 /// Ends a torque that nobody is there to end.
-/// @param heard the host has spoken in this tick
-void ControlLoop::watch_host(bool heard) {
+void ControlLoop::watch_host() {
   // A game says nothing for as long as nothing changes, and an autonomous device needs nobody.
   const bool other_plays = owner_ != Owner::sdk;
   const bool autonomous = !other_plays && config_.watchdog_ticks == 0;
-  if (other_plays || autonomous) {
-    silent_ticks_left_ = kForever;
-  } else if (heard) {
-    silent_ticks_left_ = config_.watchdog_ticks;
-  }
+  if (other_plays || autonomous) silent_ticks_left_ = kForever;
   if (!autonomous && (silent_ticks_left_ == 0 || !connected())) {
     begin_passive(EventKind::watchdog);
   } else if (local_model_ticks_left_ == 1) {

@@ -197,8 +197,8 @@ class ControlLoop {
   void watch_time(const TickInputs& in);
   void fall_behind(std::uint32_t missed_ticks);
   bool at_rest() const;
-  bool take_order();
-  bool carry_out(const Order& order);
+  void take_order();
+  void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
   protocol::Status zero();
@@ -209,7 +209,7 @@ class ControlLoop {
   protocol::Status follow_local_model(const Order& order);
   protocol::Status excite(const Order& order);
   void end_excitation();
-  void watch_host(bool heard);
+  void watch_host();
   void let_go();
   void begin_passive(protocol::EventKind why);
   bool may_take() const;

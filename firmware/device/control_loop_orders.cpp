@@ -7,18 +7,13 @@ using protocol::EventKind;
 using protocol::Owner;
 using protocol::Status;
 
-/// @returns whether the host gave an order that is carried out
-bool ControlLoop::take_order() {
+void ControlLoop::take_order() {
   const Order* order = orders_.front();
-  if (order == nullptr) return false;
+  if (order == nullptr) return;
   const bool ends = order->kind == Order::Kind::disarm || order->kind == Order::Kind::stop;
-  if (ends && armed()) {
-    let_go();
-    return false;
-  }
-  const bool accepted = carry_out(*order);
+  if (ends && armed()) return let_go();
+  carry_out(*order);
   orders_.pop();
-  return accepted;
 }
 
 /// A torque that is cut is felt as a snap. So the order waits while the torque goes to zero along a
@@ -30,18 +25,18 @@ void ControlLoop::let_go() {
   if (owner_ != Owner::sdk) guest.forget();
 }
 
-bool ControlLoop::carry_out(const Order& order) {
+void ControlLoop::carry_out(const Order& order) {
   protocol::Verdict verdict = order.verdict;
   if (verdict.ok()) verdict.status = execute(order);
+  if (verdict.ok()) silent_ticks_left_ = config_.watchdog_ticks;
   ++(verdict.ok() ? counters_.reports_accepted : counters_.reports_refused);
-  if (!order.acknowledged && verdict.ok()) return true;
+  if (!order.acknowledged && verdict.ok()) return;
   // The main loop gives an order only when there is room for its answers.
   Answer answer;
   answer.acknowledgement = {order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
                             verdict.field,  state(),      controller_.tick,
                             owner_};
   (void)mail.answers.push(answer);
-  return verdict.ok();
 }
 
 Status ControlLoop::execute(const Order& order) {
