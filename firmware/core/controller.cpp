@@ -90,16 +90,20 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
   return bound_torque(state, asked_nm, timed_nm, delta_counts);
 }
 
-/// The shares of the law calibrated, which has one of its own where the scene asks for nothing.
-[[gnu::always_inline]] inline Shares share_bounded(const ControllerState& state,
-                                                   const ControllerParams& params, float desired_nm,
-                                                   float spring_nm, float speed_rad_s) {
-  if (desired_nm != 0.0F) {
-    return partition_by(Law::calibrated, params.partition, desired_nm, spring_nm);
+/// The shares of the law calibrated.
+[[gnu::always_inline]] inline Shares share_bounded(ControllerState& state,
+                                                   const ControllerParams& params,
+                                                   const Motion& motion, float desired_nm,
+                                                   float spring_nm) {
+  float& drag_nm = state.bound.drag_nm;
+  drag_nm = follow_drag(drag_nm, params.assist, desired_nm, motion.delta_counts);
+  const float cancelled_nm = clamp_number(spring_nm, state.brake.coil_nm + drag_nm);
+  Shares shares = partition_by(Law::calibrated, params.partition, desired_nm, cancelled_nm);
+  if (desired_nm == 0.0F) {
+    shares.motor_command_nm =
+        clamp_number(shares.motor_command_nm + assist_torque(params.assist, motion.speed_rad_s),
+                     params.partition.motor_torque_max_nm);
   }
-  Shares shares;
-  shares.motor_command_nm =
-      share_free_air(params.partition, params.assist, spring_nm, state.brake.coil_nm, speed_rad_s);
   return shares;
 }
 
@@ -137,7 +141,7 @@ struct Outcome {
                                                   const Motion& motion, float scene_nm, bool bent) {
   const float spring_nm = sense_known_brake(state, params, motion, bent);
   const float desired_nm = bound_torque(state, scene_nm, 0.0F, motion.delta_counts);
-  return {desired_nm, share_bounded(state, params, desired_nm, spring_nm, motion.speed_rad_s)};
+  return {desired_nm, share_bounded(state, params, motion, desired_nm, spring_nm)};
 }
 
 [[gnu::noinline]] Outcome run_full(ControllerState& state, const ControllerParams& params,
@@ -163,7 +167,7 @@ struct Outcome {
       in_time_nm += evaluate_timed(*plan.scene, state.scene, resolution, state.tick);
     }
     desired_nm = bound_all(state, params, desired_nm, in_time_nm, motion.delta_counts);
-    shares = share_bounded(state, params, desired_nm, spring_nm, motion.speed_rad_s);
+    shares = share_bounded(state, params, motion, desired_nm, spring_nm);
   } else {
     shares = partition(params.partition, desired_nm, spring_nm);
   }

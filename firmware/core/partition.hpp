@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "core/enumerations.hpp"
 #include "core/math.hpp"
@@ -49,10 +50,6 @@ struct Shares {
 /// @param spring_nm  the shaft spring's torque on the knob, sensed
 [[gnu::always_inline]] constexpr Shares partition_by(Law law, const PartitionParams& params,
                                                      float desired_nm, float spring_nm) {
-  // In free space nothing may move the knob. Without this the motor would answer to the sensed
-  // torque of a spring that the brake's floor allows, and could drive the knob by itself.
-  if (desired_nm == 0.0F) return {};
-
   const bool spring_helps = desired_nm * spring_nm >= 0.0F;
   float motor_nm = desired_nm;
   float brake_nm = params.beta * absolute(desired_nm);
@@ -86,35 +83,51 @@ struct Shares {
   return {motor_nm, brake_nm, motor_saturated, brake_saturated};
 }
 
+/// The same, but in free space nothing may move the knob. Otherwise the motor would answer to the
+/// sensed torque of a spring that the brake's floor allows, and could drive the knob by itself.
 constexpr Shares partition(const PartitionParams& params, float desired_nm, float spring_nm) {
+  if (desired_nm == 0.0F) return {};
   return partition_by(params.law, params, desired_nm, spring_nm);
 }
 
-/// How the law calibrated takes off friction where the scene asks for nothing.
+/// How the law calibrated takes off drag and friction.
 struct AssistParams {
-  float most_nm = 0;
-  float nm_s_per_rad = 0;  // until that is reached
+  float most_nm = 0;            // of friction, where the scene asks for nothing
+  float nm_s_per_rad = 0;       // until that is reached
+  float drag_nm_per_count = 0;  // see follow_drag()
 };
+
+/// A drag of 3 mN m is taken off on 2.5 mrad.
+inline constexpr float kDragNmPerRad = 1.2F;
 
 /// Never more than three quarters of the friction. So a moving knob loses energy even if its speed
 /// is late or wrong, and a resting one goes on resting. And no more than the friction of the knob's
-/// own side: a swing on the shaft's spring leaves the brake's side at rest.
+/// own side: a swing on the shaft's spring leaves the brake's side at rest. A count switches so
+/// little of the drag that friction holds the knob.
 /// @param full_rad_s the speed from which on all of it is given, > 0
 constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm,
-                                          float brake_drag_nm, float full_rad_s) {
+                                          float brake_drag_nm, float full_rad_s,
+                                          float rad_per_count) {
   const float friction_nm = smaller(0.75F * (knob_coulomb_nm + brake_drag_nm), knob_coulomb_nm);
   const float most_nm = smaller(wanted_nm, friction_nm);
-  return {most_nm, most_nm / full_rad_s};
+  return {most_nm, most_nm / full_rad_s,
+          smaller(0.25F * knob_coulomb_nm, kDragNmPerRad * rad_per_count)};
 }
 
-/// The motor's torque in free air under the law calibrated. It cancels the spring as far as a
-/// decaying current in the brake's coil holds it, so a stiff wall does not draw the knob back. It
-/// also helps along a turning knob.
-/// @param coil_nm what the brake is made to hold by its current, >= 0
-constexpr float share_free_air(const PartitionParams& params, const AssistParams& assist,
-                               float spring_nm, float coil_nm, float speed_rad_s) {
-  const float along_nm = clamp_number(assist.nm_s_per_rad * speed_rad_s, assist.most_nm);
-  return clamp_number(along_nm - clamp_number(spring_nm, coil_nm), params.motor_torque_max_nm);
+/// How much of the brake's drag the motor cancels: no more than the scene asks for, so no motor
+/// drives a knob against the scene. In free air that is none. It follows with the knob's way, for a
+/// motor that leaps at a wall's edge keeps the knob there in motion.
+/// @param drag_nm at the last tick, >= 0
+constexpr float follow_drag(float drag_nm, const AssistParams& params, float desired_nm,
+                            std::int32_t delta_counts) {
+  const float way_nm = params.drag_nm_per_count * absolute(static_cast<float>(delta_counts));
+  // In this order a torque that is not finite does not stay.
+  return larger(smaller(drag_nm + way_nm, absolute(desired_nm)), drag_nm - way_nm);
+}
+
+/// What is added where the scene asks for nothing: help along a turning knob.
+constexpr float assist_torque(const AssistParams& params, float speed_rad_s) {
+  return clamp_number(params.nm_s_per_rad * speed_rad_s, params.most_nm);
 }
 
 }  // namespace torsio::core

@@ -70,6 +70,7 @@ struct BoundState {
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
+  float drag_nm = 0;                // of the brake's, that it takes up: follow_drag()
   bool on_line = false;             // `line_nm` is followed too, beside the asked torque
   bool bounded = false;             // less is given than the scene asks
   bool was_bounded = false;         // somewhere in the swing that goes on

@@ -215,6 +215,7 @@ class CalibratedLaw:
         self.brake = 0.0
         self.twist = 0.0
         self.slide = 0.0  # speed of the brake's side
+        self.drag = 0.0  # that the motor takes off
 
     def _follow_brake(self) -> float:
         lag = self.actuator.brake_lag if self.brake_command > self.coil else self.release_lag
@@ -249,12 +250,16 @@ class CalibratedLaw:
         # The motor may take half of the knob's friction off the inertia.
         most = holds + 0.5 * p.knob_coulomb
         countered = min(max(self.spring, -most), most)
-        if desired == 0:
-            # At most what the brake's current still holds.
-            motor, self.brake_command = -min(max(countered, -self.coil), self.coil), 0.0
+        # What the brake's current holds, and of the drag no more than is wanted: changed on the way.
+        counts = abs(delta_angle) * p.counts_per_rev / (2 * math.pi)
+        change = min(1.2 * abs(delta_angle), 0.25 * p.knob_coulomb * counts)
+        if abs(desired) > self.drag:
+            self.drag = min(self.drag + change, abs(desired))
         else:
-            motor = desired - countered
-            self.brake_command = min(self.beta * abs(desired), p.brake_max) if helps else 0.0
+            self.drag = max(self.drag - change, abs(desired))
+        most = self.coil + self.drag
+        motor = desired - min(max(countered, -most), most)
+        self.brake_command = min(self.beta * abs(desired), p.brake_max) if helps else 0.0
         return min(max(motor, -p.motor_max), p.motor_max), self.brake_command
 
 

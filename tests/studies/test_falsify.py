@@ -61,11 +61,11 @@ def test_device_that_is_told_the_truth_hardly_ever_counts_a_swing() -> None:
     random = np.random.default_rng(5)
     counts = []
     for batch in batches(120, 32, "calibrated"):
-        case = replace(batch.designs[0], noisy=False, extra="nothing")
+        case = replace(batch.designs[0], noisy=False, extra="nothing", leaves=False)
         if case.hand == "thrown":
             continue
-        # Gains, noise and more effects are none of its draws.
-        point = np.append(random.uniform(size=len(SPACE) - 4), np.zeros(4))
+        # Gains, noise, more effects and a hand that leaves are none of its draws.
+        point = np.append(random.uniform(size=len(SPACE) - 5), np.zeros(5))
         value = values_of(point)
         options = options_of(case, {k: 1.0 if "told." in k else v for k, v in value.items()})
         assert options.actuator is not None

@@ -71,6 +71,49 @@ TEST_CASE("a tick follows the equations of the law in their order") {
   }
 }
 
+TEST_CASE("the motor cancels what the brake's current holds, and drag where the scene asks") {
+  core::ControllerParams params = reference_actuator();
+  params.partition.law = core::Law::calibrated;
+  params.brake = core::make_brake_params(1e9F, 1e-3F, 0.0F, 0.2F);  // what it holds stays
+  params.assist = {0.01F, 1.0F, 1e-3F};
+  core::Scene scene;
+  scene.active = 1;
+  // By hand; all in N m, the knob at rest.
+  const struct {
+    float asked, spring, coil, drag;
+    double motor;
+  } ticks[] = {{0.0F, 0.03F, 0.05F, 0.0F, -0.03},  {0.0F, -0.03F, 0.02F, 0.0F, 0.02},
+               {0.0F, 0.03F, 0.0F, 0.0F, 0.0},     {0.0F, 0.2F, 0.11F, 0.0F, -0.085},
+               {0.01F, 0.03F, 0.02F, 0.0F, -0.01}, {0.01F, 0.03F, 0.02F, 0.004F, -0.014},
+               {-0.01F, 0.03F, 0.0F, 0.01F, -0.02}};
+  for (const auto& tick : ticks) {
+    CAPTURE(tick.motor);
+    scene.effect[0] = core::Constant{tick.asked, {}};
+    core::ControllerState state;
+    state.sensor.spring_torque_nm = tick.spring;
+    state.brake.coil_nm = state.brake.capacity_nm = tick.coil;
+    state.brake_command_nm = tick.coil;
+    state.bound.drag_nm = tick.drag;
+    const core::Plan plan = core::plan_of(params, state.bound, {&scene});
+    const auto out = core::control(state, params, plan, 0U);
+    CHECK(out.motor_command_nm == Approx(tick.motor).scale(0.01).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("help along in free air stays within the motor's torque") {
+  core::ControllerParams params = reference_actuator();
+  params.partition = {core::Law::calibrated, 0.5F, 4e-3F, 0.110F};
+  params.assist = {0.01F, 1.0F, 0.0F};
+  const core::Scene scene;
+  core::ControllerState state;
+  const core::Plan plan = core::plan_of(params, state.bound, {&scene});
+  for (std::uint32_t i = 0; i < 50; ++i) {
+    const auto out = core::control(state, params, plan, 10 * i);
+    CHECK(out.motor_command_nm <= 4e-3F);
+    if (i == 49) CHECK(out.motor_command_nm == 4e-3F);
+  }
+}
+
 // The brake's side swings against the knob that comes to rest, with all that the spring can give;
 // the motor takes up half of the knob's friction of it, and less where the brake is not trusted.
 TEST_CASE("the motor follows the inertia behind the brake no further than half the friction") {
@@ -80,9 +123,9 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
                                          4e-5F, 1e-3F, 6e-3F);
   params.partition.law = core::Law::calibrated;
   params.partition.beta = 0.0F;  // no current: the brake holds its drag
-  params.bound.slope_nm_per_count = 1.0F;
+  params.bound.slope_nm_per_count = params.assist.drag_nm_per_count = 1.0F;
   auto scene = std::make_unique<core::Scene>();
-  scene->effect[0] = core::Constant{0.01F, {}};
+  scene->effect[0] = core::Constant{0.02F, {}};
   scene->active = 1;
   const core::Plan plan = core::plan_of(params, {}, {scene.get()});
   for (const double trust : {1.0, 0.25}) {
@@ -96,7 +139,7 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
       most_nm = std::max(most_nm, std::abs(spring_nm));
       const double most_of_it_nm = trust * (2e-3 + 1.5 * 6e-3);  // drag and friction
       const double countered_nm = std::clamp(spring_nm, -most_of_it_nm, most_of_it_nm);
-      CHECK(out.motor_command_nm == Approx(0.01 - countered_nm).scale(0.01).epsilon(1e-4));
+      CHECK(out.motor_command_nm == Approx(0.02 - countered_nm).scale(0.01).epsilon(1e-4));
     }
     CHECK(most_nm > 0.05);
   }

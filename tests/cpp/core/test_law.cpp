@@ -349,24 +349,33 @@ TEST_CASE("hysteresis is a loop of torque over command, and leaves half its widt
   }
 }
 
-TEST_CASE("outside a wall the motor cancels what the brake's current still holds, and no more") {
-  const core::PartitionParams params{core::Law::calibrated, 0.5F, 0.085F, 0.110F};
-  CHECK(core::share_free_air(params, {}, 0.03F, 0.05F, 5.0F) == -0.03F);
-  CHECK(core::share_free_air(params, {}, -0.03F, 0.02F, -5.0F) == 0.02F);
-  CHECK(core::share_free_air(params, {}, 0.03F, 0.0F, 5.0F) == 0.0F);
-  CHECK(core::share_free_air(params, {}, 0.2F, 0.11F, 5.0F) == -0.085F);
+TEST_CASE("what helps along in free air grows with the speed, and stays below the friction") {
+  const core::AssistParams assist = core::make_assist_params(4e-3F, 6e-3F, 2e-3F, 0.1F, 1e-3F);
+  CHECK(core::assist_torque(assist, 0.0F) == 0.0F);
+  CHECK(core::assist_torque(assist, 0.05F) == Approx(2e-3));
+  CHECK(core::assist_torque(assist, -0.05F) == Approx(-2e-3));
+  CHECK(core::assist_torque(assist, 50.0F) == Approx(4e-3));
+  CHECK(core::make_assist_params(1.0F, 6.5e-3F, 1.5e-3F, 0.1F, 1e-3F).most_nm == Approx(6e-3));
+  CHECK(core::make_assist_params(1.0F, 2e-3F, 10e-3F, 0.1F, 1e-3F).most_nm == Approx(2e-3));
 }
 
-TEST_CASE("what helps along in free air grows with the speed, and stays below the friction") {
-  const core::PartitionParams params{core::Law::calibrated, 0.5F, 0.085F, 0.110F};
-  const core::AssistParams assist = core::make_assist_params(4e-3F, 6e-3F, 2e-3F, 0.1F);
-  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 0.0F) == 0.0F);
-  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 0.05F) == Approx(2e-3));
-  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, -0.05F) == Approx(-2e-3));
-  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 50.0F) == Approx(4e-3));
-  CHECK(core::share_free_air(params, assist, 1e-3F, 0.01F, 50.0F) == Approx(3e-3));
-  CHECK(core::make_assist_params(1.0F, 6.5e-3F, 1.5e-3F, 0.1F).most_nm == Approx(6e-3));
-  CHECK(core::make_assist_params(1.0F, 2e-3F, 10e-3F, 0.1F).most_nm == Approx(2e-3));
+TEST_CASE("the motor takes the drag off with the way, and no more of it than the scene asks for") {
+  // 1.2 N m/rad, or a quarter of the friction in a count
+  const core::AssistParams fine = core::make_assist_params(0.0F, 6e-3F, 2e-3F, 0.1F, 0.25e-3F);
+  CHECK(fine.drag_nm_per_count == Approx(0.3e-3));
+  const core::AssistParams coarse = core::make_assist_params(0.0F, 6e-3F, 4e-3F, 0.1F, 3e-3F);
+  CHECK(coarse.drag_nm_per_count == Approx(1.5e-3));
+
+  CHECK(core::follow_drag(0.0F, coarse, 50e-3F, 0) == 0.0F);
+  CHECK(core::follow_drag(0.0F, coarse, -50e-3F, 2) == Approx(3e-3));
+  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, -1) == Approx(4.5e-3));
+  CHECK(core::follow_drag(3e-3F, coarse, 4e-3F, 7) == 4e-3F);
+  CHECK(core::follow_drag(4e-3F, coarse, 0.0F, 1) == Approx(2.5e-3));
+  CHECK(core::follow_drag(1e-3F, coarse, 0.0F, -1) == 0.0F);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  CHECK(core::follow_drag(1e-3F, coarse, nan, 2) == Approx(4e-3));
+  CHECK(core::follow_drag(1e-3F, coarse, std::numeric_limits<float>::infinity(), 2) ==
+        Approx(4e-3));
 }
 
 namespace {

@@ -56,6 +56,7 @@ _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
 _HOLDABLE_BY_DETENTS: Final = 0.7  # a weight that comes quickly overshoots, and then rolls on
 _AT_RAD: Final = 0.05
 _SETTLED_S: Final = 0.3  # by then a hand is done
+_LEFT_S: Final = 0.5  # the same, for one that leaves
 
 # A hidden knob's values over the reference actuator, and its device's beliefs over the truth.
 _TRUE: Final = (
@@ -95,12 +96,13 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     **{f"told.{name}": _NEARLY for name in _GAINS},
     "encoder_noise_counts": (0.01, 0.3),
     "extra_share": (0.01, 1.0),
+    "back_nm": (5e-3, 40e-3),
 }
 """Bounds of the optimiser's variables, which move evenly in the logarithm.
 
 `weight` is a share of what can be held, `hand_damping` a share of the critical one. The gains move
 with electrics only, and the noise of a noisy encoder. `extra_share` is a share of the strongest
-effect that comes to the scene's.
+effect that comes to the scene's. With `back_nm` a hand that leaves draws the knob back.
 """
 
 
@@ -119,6 +121,7 @@ class Case:
     belt: bool
     noisy: bool
     extra: ExtraName = "nothing"
+    leaves: bool = False  # hands that hold or release, from where the scene begins
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,7 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             electrics=bool(random.random() < 0.3), belt=bool(random.random() < 0.2),
             noisy=bool(random.random() < 0.3),
             extra=EXTRAS[max(0, int(random.integers(-3, len(EXTRAS))))],
+            leaves=bool(random.random() < 0.5),
         )  # fmt: skip
         yield Batch(law, number, (case,), tries)
 
@@ -271,12 +275,14 @@ def _hand(
         stiffness, inertia = value["hand_nm_per_rad"], value["hand_kg_m2"]
         push_nm = value["weight"] * plant.motor_limit_nm
         moving = inertia + plant.knob_inertia_kg_m2
-        deepest_rad = _AT_RAD + push_nm / stiffness
+        path = [(0.0, 0.0), (_SETTLED_S, _AT_RAD + push_nm / stiffness)]
+        if case.leaves:  # its force at the edge is up to 20 mN m, either way
+            path += [(_LEFT_S, _AT_RAD + (value["back_nm"] - 20e-3) / stiffness)]
         return ImpedanceHand(
             stiffness_nm_per_rad=stiffness,
             damping_nm_s_per_rad=2.0 * value["hand_damping"] * math.sqrt(stiffness * moving),
             inertia_kg_m2=inertia,
-            intended_angle_rad=[(0.0, 0.0), (_SETTLED_S, deepest_rad)],
+            intended_angle_rad=path,
         ), None
     # A motor that gives less than the device believes holds less.
     gives_less = max(1.0, value.get(f"told.{_GAINS[0]}", 1.0)) if case.electrics else 1.0
@@ -284,6 +290,10 @@ def _hand(
     holdable = _HOLDABLE_BY_DETENTS if case.scene == "detents" else _HOLDABLE
     weight_nm = holdable * value["weight"] * holds_nm
     path = [(0.0, 0.0), (0.1, weight_nm)]
-    if case.hand == "released":
+    if case.hand == "released" and case.leaves:
+        left_s = _SETTLED_S + 0.1 * value["hand_damping"]
+        back_nm = -value["back_nm"]
+        path += [(_SETTLED_S, weight_nm), (_SETTLED_S, back_nm), (left_s, back_nm), (left_s, 0.0)]
+    elif case.hand == "released":
         path += [(_SETTLED_S, weight_nm), (_SETTLED_S, 0.2 * weight_nm)]
     return TorqueHand(torque_nm=path), None
