@@ -57,10 +57,13 @@ namespace {
   return sense_piece<false>(state.sensor, params.shaft.middle(), motion.delta_rad, capacity_nm);
 }
 
-/// The end of a swing; out of line, for that is rare.
+/// The end of a swing; out of line, for that is rare. A knob that flickers beyond a held count is
+/// driven, whatever was believed of its friction.
 [[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm, float timed_nm,
                                    std::int32_t delta_counts) {
-  if (judge_swing(state.bound, state.tick)) hold_count(state.motion);
+  if (judge_swing(state.bound, state.tick) && hold_count(state.motion)) {
+    soften(state.bound, state.bound.params.least_share);
+  }
   return bound_stiffness(state.bound, asked_nm, timed_nm, delta_counts);
 }
 

@@ -87,10 +87,12 @@ constexpr void begin_counting(MotionState& state, std::uint32_t count, std::uint
 }
 
 /// From now on a play of kRestCounts to either side is no motion.
-constexpr void hold_count(MotionState& state) {
-  if (state.counting == Counting::held) return;
+/// @returns whether it has been so
+constexpr bool hold_count(MotionState& state) {
+  if (state.counting == Counting::held) return true;
   state.counting = Counting::held;
   state.held_count = state.held_from = state.last_count;
+  return false;
 }
 
 /// The next tick follows each count again.

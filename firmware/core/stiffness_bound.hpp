@@ -117,6 +117,11 @@ constexpr void set_share(BoundState& state, float share) {
   state.slope_nm_per_count = state.params.slope_nm_per_count * share;
 }
 
+/// Takes off so much that a swing loses, and not all of what a hand feels.
+constexpr void soften(BoundState& state, float least_share) {
+  set_share(state, larger(0.6F * state.share, least_share));
+}
+
 /// Follows the swing that goes on.
 /// @returns whether it goes back: then judge_swing()
 constexpr bool follow_swing(BoundState& state, std::int32_t delta_counts) {
@@ -198,7 +203,7 @@ constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
   state.flickers = 0;
   state.flickered = true;
   if (state.share <= state.params.quiet_share) return true;
-  set_share(state, larger(0.6F * state.share, state.params.quiet_share));
+  soften(state, state.params.quiet_share);
   return false;
 }
 
@@ -265,7 +270,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   if (!by_hand) {
     // A push may make the first ones.
     if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
-    set_share(state, larger(0.6F * state.share, state.params.least_share));
+    soften(state, state.params.least_share);
   }
   state.trust = larger(0.6F * state.trust, state.params.least_share);
   return false;

@@ -250,7 +250,7 @@ class CalibratedLaw:
         # The motor may take half of the knob's friction off the inertia.
         most = holds + 0.5 * p.knob_coulomb
         countered = min(max(self.spring, -most), most)
-        # What the brake's current holds, and of the drag no more than is wanted: changed on the way.
+        # What the brake's current holds, and of the drag no more than is wanted; on the way.
         counts = abs(delta_angle) * p.counts_per_rev / (2 * math.pi)
         change = min(1.2 * abs(delta_angle), 0.25 * p.knob_coulomb * counts)
         if abs(desired) > self.drag:

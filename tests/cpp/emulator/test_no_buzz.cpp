@@ -212,7 +212,7 @@ std::vector<LoopRow> visit(protocol::Law law, double stiffness) {
   std::vector<LoopRow> rows(static_cast<std::size_t>(22 * trial.rate_hz / 10));
   loop.run(rows.size(), rows);
   // Near the wall's edge the motor cancels less of the drag.
-  const auto inside = [](const LoopRow& row) { return row.desired_torque_nm < -15e-3F; };
+  const auto inside = [](const LoopRow& row) { return row.desired_torque_nm < -20e-3F; };
   const auto begin = std::ranges::find_if(rows, inside);
   const auto end = std::find_if_not(begin, rows.end(), inside);
   REQUIRE(end - begin > trial.rate_hz / 2);
