@@ -239,13 +239,19 @@ TEST_CASE("a count that flickers though it switches little is held until a hand 
   params.bound = {1e-3F, 1.0F / 64, 400, 1500, 0.3F, 10'000, 500};
   const Plan plan = plan_of(params, {}, {});
   ControllerState state;
-  const auto flicker = [&](std::uint32_t ticks) {
-    for (std::uint32_t n = 0; n < ticks; ++n) (void)control(state, params, plan, 10 + n % 2);
+  const auto flicker = [&](std::uint32_t ticks, std::uint32_t counts) {
+    for (std::uint32_t n = 0; n < ticks; ++n)
+      (void)control(state, params, plan, 10 + n % 2 * counts);
   };
-  flicker(1900);  // 500 for each of three steps: to 0.6, 0.36 and 0.3
+  flicker(1900, 1);  // 500 for each of three steps: to 0.6, 0.36 and 0.3
   CHECK(state.motion.counting == Counting::usual);
-  flicker(300);
+  flicker(900, 1);
   CHECK(state.motion.counting == Counting::held);
+  CHECK(state.bound.share == 0.3F);
+  // Beyond the play no noise moves it: the device does.
+  flicker(600, 5);
+  CHECK(state.motion.counting == Counting::held);
+  CHECK(static_cast<double>(state.bound.share) == Approx(0.18));
   CHECK(control(state, params, plan, 14).motion.delta_counts <= 2);
   CHECK(state.motion.counting == Counting::held);
   CHECK(control(state, params, plan, 18).motion.delta_counts >= 5);
