@@ -94,12 +94,13 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
 }
 
 /// The shares of the law calibrated.
+/// @param steady_nm what the drag follows: virtual inertia asks for torque at every count
 [[gnu::always_inline]] inline Shares share_bounded(ControllerState& state,
                                                    const ControllerParams& params,
                                                    const Motion& motion, float desired_nm,
-                                                   float spring_nm) {
+                                                   float steady_nm, float spring_nm) {
   float& drag_nm = state.bound.drag_nm;
-  drag_nm = follow_drag(drag_nm, params.assist, desired_nm, motion.delta_counts);
+  drag_nm = follow_drag(drag_nm, params.assist, steady_nm, motion.delta_counts);
   const float cancelled_nm = clamp_number(spring_nm, state.brake.coil_nm + drag_nm);
   Shares shares = partition_by(Law::calibrated, params.partition, desired_nm, cancelled_nm);
   if (desired_nm == 0.0F) {
@@ -144,7 +145,7 @@ struct Outcome {
                                                   const Motion& motion, float scene_nm, bool bent) {
   const float spring_nm = sense_known_brake(state, params, motion, bent);
   const float desired_nm = bound_torque(state, scene_nm, 0.0F, motion.delta_counts);
-  return {desired_nm, share_bounded(state, params, motion, desired_nm, spring_nm)};
+  return {desired_nm, share_bounded(state, params, motion, desired_nm, desired_nm, spring_nm)};
 }
 
 [[gnu::noinline]] Outcome run_full(ControllerState& state, const ControllerParams& params,
@@ -170,7 +171,9 @@ struct Outcome {
       in_time_nm += evaluate_timed(*plan.scene, state.scene, resolution, state.tick);
     }
     desired_nm = bound_all(state, params, desired_nm, in_time_nm, motion.delta_counts);
-    shares = share_bounded(state, params, motion, desired_nm, spring_nm);
+    const float steady_nm = plan.inertia ? 0.0F : desired_nm;
+    shares = share_bounded(state, params, motion, desired_nm, steady_nm, spring_nm);
+    state.scene.inertia_share = state.bound.trust;
   } else {
     shares = partition(params.partition, desired_nm, spring_nm);
   }

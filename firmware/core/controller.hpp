@@ -75,6 +75,7 @@ struct Plan : Play {
   bool once = false;                      // the next tick needs a new plan
   bool impacts = false;                   // the scene has some
   bool bounds = false;                    // the law calibrated plays
+  bool inertia = false;                   // the same, and the scene has some
   ExcitationState* excitation = nullptr;  // instead of the law
 };
 
@@ -105,11 +106,12 @@ inline Plan plan_of(const ControllerParams& params, const BoundState& bound, con
   Plan plan{play};
   plan.impacts = play.scene != nullptr && has_impacts(*play.scene);
   plan.bounds = traits(params.partition.law).bounds;
+  plan.inertia = plan.bounds && play.scene != nullptr && has_inertia(*play.scene);
   const bool in_time = plan.bounds && play.scene != nullptr && plays_in_time(*play.scene);
   // A change of the plan has yet to reach the bound.
   const bool pending = plan.bounds && !in_time && (bound.new_scene || bound.in_time_nm != 0.0F);
   plan.once = play.passes() || pending;
-  if (plan.once || plan.impacts || in_time) return plan;
+  if (plan.once || plan.impacts || plan.inertia || in_time) return plan;
   plan.pipeline = least_pipeline(params);
   return plan;
 }

@@ -87,8 +87,8 @@ float torque_nm(const Friction& friction, const Moment& now) {
 }
 
 float torque_nm(const Inertia& inertia, const Moment& now) {
-  return clamp_symmetric(-inertia.inertia_kg_m2 * now.motion.acceleration_rad_s2,
-                         inertia.torque_limit_nm);
+  const float given_kg_m2 = now.state.inertia_share * inertia.inertia_kg_m2;
+  return clamp_symmetric(-given_kg_m2 * now.motion.acceleration_rad_s2, inertia.torque_limit_nm);
 }
 
 [[gnu::always_inline]] inline float torque_nm(const Constant& constant, const Moment& now) {
@@ -294,12 +294,16 @@ bool shakes(const Scene& scene) {
   return false;
 }
 
-bool has_impacts(const Scene& scene) {
+template <typename Kind>
+bool has(const Scene& scene) {
   for (std::uint32_t i = 0; i < scene.active; ++i) {
-    if (std::holds_alternative<Impact>(scene.effect[scene.order[i]])) return true;
+    if (std::holds_alternative<Kind>(scene.effect[scene.order[i]])) return true;
   }
   return false;
 }
+
+bool has_impacts(const Scene& scene) { return has<Impact>(scene); }
+bool has_inertia(const Scene& scene) { return has<Inertia>(scene); }
 
 float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
                   const Resolution& resolution, const std::uint64_t& tick, float motor_nm,

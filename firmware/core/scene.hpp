@@ -62,6 +62,7 @@ struct SceneState {
   std::array<ImpactState, kMaxEffects> impact{};
   std::uint64_t impacts_tick = 0;  // the last tick with an active impact
   float knock_nm = 0;              // torque that all of them together gave then
+  float inertia_share = 1;         // of every Inertia's, that is given
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.
@@ -83,8 +84,9 @@ bool shakes(const Scene& scene);
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
                      const std::uint64_t& tick);
 
-/// Whether one of the active effects is an Impact.
+/// Whether one of the active effects is an Impact, or an Inertia.
 bool has_impacts(const Scene& scene);
+bool has_inertia(const Scene& scene);
 
 /// Adds the impacts' torque to the motor's command for the rest of the scene. A torque beyond the
 /// limits is not given, and does not count in their energy. Apart from the other effects, which

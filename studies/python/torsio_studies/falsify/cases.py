@@ -142,12 +142,13 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
         random = np.random.default_rng([35, number])
         # Any step prime to 28 visits each pair once.
         scene, hand = pairs[number * 13 % len(pairs)]
+        rate_hz, counts = int(random.choice(RATES_HZ)), int(random.choice(COUNTS))
+        electrics, belt, noisy = (bool(random.random() < share) for share in (0.3, 0.2, 0.3))
+        extra = EXTRAS[max(0, int(random.integers(-3, len(EXTRAS))))]
         case = Case(
             number=number, law=law, scene=scene, hand=hand,
-            rate_hz=int(random.choice(RATES_HZ)), counts=int(random.choice(COUNTS)),
-            electrics=bool(random.random() < 0.3), belt=bool(random.random() < 0.2),
-            noisy=bool(random.random() < 0.3),
-            extra=EXTRAS[max(0, int(random.integers(-3, len(EXTRAS))))],
+            rate_hz=rate_hz, counts=counts, electrics=electrics, belt=belt, extra=extra,
+            noisy=noisy and extra != "inertia",  # which noise would shake
             leaves=bool(random.random() < 0.5),
         )  # fmt: skip
         yield Batch(law, number, (case,), tries)
