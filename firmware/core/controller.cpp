@@ -57,12 +57,12 @@ namespace {
   return sense_piece<false>(state.sensor, params.shaft.middle(), motion.delta_rad, capacity_nm);
 }
 
-/// The end of a swing; out of line, for that is rare. A knob that flickers beyond a held count is
-/// driven, whatever was believed of its friction.
+/// The end of a swing; out of line, for that is rare. A knob that flickers beyond a held count may
+/// have half the friction that was believed.
 [[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm, float timed_nm,
                                    std::int32_t delta_counts) {
   if (judge_swing(state.bound, state.tick) && hold_count(state.motion)) {
-    soften(state.bound, state.bound.params.least_share);
+    soften(state.bound, 0.5F * state.bound.params.quiet_share);
   }
   return bound_stiffness(state.bound, asked_nm, timed_nm, delta_counts);
 }
@@ -84,7 +84,10 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
   bound.in_time_nm = in_time_nm;
+  // Where time takes the scene's torque away, the knob has not moved.
+  if (timed_nm != 0.0F) bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
   if (bound.new_scene) {
+    bound.drag_nm = 0.0F;
     timed_nm = asked_nm - asked_torque(bound);
     bound.params = params.bound;
     set_share(bound, bound.share);
@@ -154,6 +157,7 @@ struct Outcome {
   const float spring_nm = traits(params.partition.law).knows_brake
                               ? sense_known_brake(state, params, motion, params.shaft.bent())
                               : sense_brake(state, params, motion);
+  if (!plan.bounds) state.bound.drag_nm = 0.0F;
   if (plan.excitation != nullptr) {
     const Shares shares =
         excite(*plan.excitation, params.excitation, motion, resolution.rad_per_count);

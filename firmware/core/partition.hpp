@@ -95,6 +95,7 @@ struct AssistParams {
   float most_nm = 0;            // of friction, where the scene asks for nothing
   float nm_s_per_rad = 0;       // until that is reached
   float drag_nm_per_count = 0;  // see follow_drag()
+  float drag_most_nm = 0;
 };
 
 /// A drag of 3 mN m is taken off on 2.5 mrad.
@@ -105,13 +106,14 @@ inline constexpr float kDragNmPerRad = 1.2F;
 /// own side: a swing on the shaft's spring leaves the brake's side at rest. A count switches so
 /// little of the drag that friction holds the knob.
 /// @param full_rad_s the speed from which on all of it is given, > 0
+/// @param held_nm    what the sensor may read where the brake's coil holds nothing
 constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm,
                                           float brake_drag_nm, float full_rad_s,
-                                          float rad_per_count) {
+                                          float rad_per_count, float held_nm) {
   const float friction_nm = smaller(0.75F * (knob_coulomb_nm + brake_drag_nm), knob_coulomb_nm);
   const float most_nm = smaller(wanted_nm, friction_nm);
   return {most_nm, most_nm / full_rad_s,
-          smaller(0.25F * knob_coulomb_nm, kDragNmPerRad * rad_per_count)};
+          smaller(0.25F * knob_coulomb_nm, kDragNmPerRad * rad_per_count), held_nm};
 }
 
 /// How much of the brake's drag the motor cancels: no more than the scene asks for, so no motor
@@ -122,7 +124,8 @@ constexpr float follow_drag(float drag_nm, const AssistParams& params, float des
                             std::int32_t delta_counts) {
   const float way_nm = params.drag_nm_per_count * absolute(static_cast<float>(delta_counts));
   // In this order a torque that is not finite does not stay.
-  return larger(smaller(drag_nm + way_nm, absolute(desired_nm)), drag_nm - way_nm);
+  const float most_nm = smaller(params.drag_most_nm, absolute(desired_nm));
+  return larger(smaller(drag_nm + way_nm, most_nm), drag_nm - way_nm);
 }
 
 /// What is added where the scene asks for nothing: help along a turning knob.

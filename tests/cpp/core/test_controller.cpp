@@ -75,7 +75,7 @@ TEST_CASE("the motor cancels what the brake's current holds, and drag where the 
   core::ControllerParams params = reference_actuator();
   params.partition.law = core::Law::calibrated;
   params.brake = core::make_brake_params(1e9F, 1e-3F, 0.0F, 0.2F);  // what it holds stays
-  params.assist = {0.01F, 1.0F, 1e-3F};
+  params.assist = {0.01F, 1.0F, 1e-3F, 1.0F};
   core::Scene scene;
   scene.active = 1;
   // By hand; all in N m, the knob at rest.
@@ -103,7 +103,7 @@ TEST_CASE("the motor cancels what the brake's current holds, and drag where the 
 TEST_CASE("help along in free air stays within the motor's torque") {
   core::ControllerParams params = reference_actuator();
   params.partition = {core::Law::calibrated, 0.5F, 4e-3F, 0.110F};
-  params.assist = {0.01F, 1.0F, 0.0F};
+  params.assist = {0.01F, 1.0F};
   const core::Scene scene;
   core::ControllerState state;
   const core::Plan plan = core::plan_of(params, state.bound, {&scene});
@@ -123,7 +123,8 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
                                          4e-5F, 1e-3F, 6e-3F);
   params.partition.law = core::Law::calibrated;
   params.partition.beta = 0.0F;  // no current: the brake holds its drag
-  params.bound.slope_nm_per_count = params.assist.drag_nm_per_count = 1.0F;
+  params.bound.slope_nm_per_count = params.assist.drag_nm_per_count = params.assist.drag_most_nm =
+      1.0F;
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Constant{0.02F, {}};
   scene->active = 1;

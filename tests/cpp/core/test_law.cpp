@@ -350,26 +350,32 @@ TEST_CASE("hysteresis is a loop of torque over command, and leaves half its widt
 }
 
 TEST_CASE("what helps along in free air grows with the speed, and stays below the friction") {
-  const core::AssistParams assist = core::make_assist_params(4e-3F, 6e-3F, 2e-3F, 0.1F, 1e-3F);
+  const auto params = [](float wanted, float coulomb, float drag) {
+    return core::make_assist_params(wanted, coulomb, drag, 0.1F, 1e-3F, 0.0F);
+  };
+  const core::AssistParams assist = params(4e-3F, 6e-3F, 2e-3F);
   CHECK(core::assist_torque(assist, 0.0F) == 0.0F);
   CHECK(core::assist_torque(assist, 0.05F) == Approx(2e-3));
   CHECK(core::assist_torque(assist, -0.05F) == Approx(-2e-3));
   CHECK(core::assist_torque(assist, 50.0F) == Approx(4e-3));
-  CHECK(core::make_assist_params(1.0F, 6.5e-3F, 1.5e-3F, 0.1F, 1e-3F).most_nm == Approx(6e-3));
-  CHECK(core::make_assist_params(1.0F, 2e-3F, 10e-3F, 0.1F, 1e-3F).most_nm == Approx(2e-3));
+  CHECK(params(1.0F, 6.5e-3F, 1.5e-3F).most_nm == Approx(6e-3));
+  CHECK(params(1.0F, 2e-3F, 10e-3F).most_nm == Approx(2e-3));
 }
 
 TEST_CASE("the motor takes the drag off with the way, and no more of it than the scene asks for") {
   // 1.2 N m/rad, or a quarter of the friction in a count
-  const core::AssistParams fine = core::make_assist_params(0.0F, 6e-3F, 2e-3F, 0.1F, 0.25e-3F);
+  const core::AssistParams fine =
+      core::make_assist_params(0.0F, 6e-3F, 2e-3F, 0.1F, 0.25e-3F, 0.0F);
   CHECK(fine.drag_nm_per_count == Approx(0.3e-3));
-  const core::AssistParams coarse = core::make_assist_params(0.0F, 6e-3F, 4e-3F, 0.1F, 3e-3F);
+  const core::AssistParams coarse =
+      core::make_assist_params(0.0F, 6e-3F, 4e-3F, 0.1F, 3e-3F, 5e-3F);
   CHECK(coarse.drag_nm_per_count == Approx(1.5e-3));
 
   CHECK(core::follow_drag(0.0F, coarse, 50e-3F, 0) == 0.0F);
   CHECK(core::follow_drag(0.0F, coarse, -50e-3F, 2) == Approx(3e-3));
   CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, -1) == Approx(4.5e-3));
   CHECK(core::follow_drag(3e-3F, coarse, 4e-3F, 7) == 4e-3F);
+  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, 7) == 5e-3F);  // that is all there is
   CHECK(core::follow_drag(4e-3F, coarse, 0.0F, 1) == Approx(2.5e-3));
   CHECK(core::follow_drag(1e-3F, coarse, 0.0F, -1) == 0.0F);
   const float nan = std::numeric_limits<float>::quiet_NaN();
