@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 #include "core/enumerations.hpp"
 #include "core/math.hpp"
@@ -92,9 +91,9 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
 
 /// How the law calibrated takes off drag and friction.
 struct AssistParams {
-  float most_nm = 0;            // of friction, where the scene asks for nothing
-  float nm_s_per_rad = 0;       // until that is reached
-  float drag_nm_per_count = 0;  // see follow_drag()
+  float most_nm = 0;          // of friction, where the scene asks for nothing
+  float nm_s_per_rad = 0;     // until that is reached
+  float drag_nm_per_rad = 0;  // see follow_drag()
   float drag_most_nm = 0;
 };
 
@@ -113,7 +112,7 @@ constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm
   const float friction_nm = smaller(0.75F * (knob_coulomb_nm + brake_drag_nm), knob_coulomb_nm);
   const float most_nm = smaller(wanted_nm, friction_nm);
   return {most_nm, most_nm / full_rad_s,
-          smaller(0.25F * knob_coulomb_nm, kDragNmPerRad * rad_per_count), held_nm};
+          smaller(0.25F * knob_coulomb_nm / rad_per_count, kDragNmPerRad), held_nm};
 }
 
 /// How much of the brake's drag the motor cancels: no more than the scene asks for, so no motor
@@ -121,11 +120,11 @@ constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm
 /// motor that leaps at a wall's edge keeps the knob there in motion.
 /// @param drag_nm at the last tick, >= 0
 constexpr float follow_drag(float drag_nm, const AssistParams& params, float desired_nm,
-                            std::int32_t delta_counts) {
-  const float way_nm = params.drag_nm_per_count * absolute(static_cast<float>(delta_counts));
+                            float delta_rad) {
+  const float way_nm = params.drag_nm_per_rad * absolute(delta_rad);
   // In this order a torque that is not finite does not stay.
-  const float most_nm = smaller(params.drag_most_nm, absolute(desired_nm));
-  return larger(smaller(drag_nm + way_nm, most_nm), drag_nm - way_nm);
+  const float most_nm = smaller_number(params.drag_most_nm, absolute(desired_nm));
+  return larger(smaller_number(drag_nm + way_nm, most_nm), drag_nm - way_nm);
 }
 
 /// What is added where the scene asks for nothing: help along a turning knob.

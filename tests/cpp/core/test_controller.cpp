@@ -94,9 +94,59 @@ TEST_CASE("the motor cancels what the brake's current holds, and drag where the 
     state.brake.coil_nm = state.brake.capacity_nm = tick.coil;
     state.brake_command_nm = tick.coil;
     state.bound.drag_nm = tick.drag;
+    state.bound.new_scene = false;
     const core::Plan plan = core::plan_of(params, state.bound, {&scene});
     const auto out = core::control(state, params, plan, 0U);
     CHECK(out.motor_command_nm == Approx(tick.motor).scale(0.01).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("drag is cancelled no more in another scene, nor once time has taken the torque away") {
+  core::ControllerParams params = reference_actuator();
+  params.partition.law = core::Law::calibrated;
+  params.assist.drag_most_nm = 1.0F;
+  core::Scene scene;
+  scene.effect[0] = core::Constant{0.01F, {}};
+  scene.active = 1;
+  core::ControllerState state;
+  const auto tick = [&](const core::Play& play) {
+    state.bound.drag_nm = 0.5F;
+    (void)core::control(state, params, core::plan_of(params, state.bound, play), 0U);
+    return state.bound.drag_nm;
+  };
+  CHECK(tick({&scene}) == 0.0F);  // a new one
+  core::Play fades{&scene};
+  for (const float gain : {0.5F, 0.25F}) {
+    fades.gain = gain;
+    (void)tick(fades);
+  }
+  CHECK(tick(fades) == 0.5F);  // no time passes in it
+  fades.gain = 0.125F;
+  CHECK(tick(fades) == Approx(0.00125));
+}
+
+TEST_CASE("where the scene has inertia no drag is cancelled, and a law in doubt gives less of it") {
+  core::ControllerParams params = reference_actuator();
+  params.partition.law = core::Law::calibrated;
+  params.assist.drag_nm_per_rad = params.assist.drag_most_nm = 1.0F;
+  params.bound.slope_nm_per_count = 1.0F;
+  core::Scene scene;
+  scene.effect[0] = core::Inertia{1e-4F, 1.0F};
+  scene.active = 1;
+  float whole_nm = 0.0F;
+  for (const float trust : {1.0F, 0.25F}) {
+    core::ControllerState state;
+    state.bound.trust = trust;
+    core::ControllerOutputs out;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const core::Plan plan = core::plan_of(params, state.bound, {&scene});
+      CHECK(plan.pipeline == core::Pipeline::full);
+      out = core::control(state, params, plan, i);
+    }
+    CHECK(state.bound.drag_nm == 0.0F);
+    if (trust == 1.0F) whole_nm = out.desired_torque_nm;
+    CHECK(whole_nm != 0.0F);
+    CHECK(out.desired_torque_nm == Approx(trust * whole_nm));
   }
 }
 
@@ -123,7 +173,7 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
                                          4e-5F, 1e-3F, 6e-3F);
   params.partition.law = core::Law::calibrated;
   params.partition.beta = 0.0F;  // no current: the brake holds its drag
-  params.bound.slope_nm_per_count = params.assist.drag_nm_per_count = params.assist.drag_most_nm =
+  params.bound.slope_nm_per_count = params.assist.drag_nm_per_rad = params.assist.drag_most_nm =
       1.0F;
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Constant{0.02F, {}};

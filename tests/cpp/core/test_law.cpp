@@ -366,21 +366,21 @@ TEST_CASE("the motor takes the drag off with the way, and no more of it than the
   // 1.2 N m/rad, or a quarter of the friction in a count
   const core::AssistParams fine =
       core::make_assist_params(0.0F, 6e-3F, 2e-3F, 0.1F, 0.25e-3F, 0.0F);
-  CHECK(fine.drag_nm_per_count == Approx(0.3e-3));
+  CHECK(fine.drag_nm_per_rad == Approx(1.2));
   const core::AssistParams coarse =
       core::make_assist_params(0.0F, 6e-3F, 4e-3F, 0.1F, 3e-3F, 5e-3F);
-  CHECK(coarse.drag_nm_per_count == Approx(1.5e-3));
+  CHECK(coarse.drag_nm_per_rad == Approx(0.5));
 
-  CHECK(core::follow_drag(0.0F, coarse, 50e-3F, 0) == 0.0F);
-  CHECK(core::follow_drag(0.0F, coarse, -50e-3F, 2) == Approx(3e-3));
-  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, -1) == Approx(4.5e-3));
-  CHECK(core::follow_drag(3e-3F, coarse, 4e-3F, 7) == 4e-3F);
-  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, 7) == 5e-3F);  // that is all there is
-  CHECK(core::follow_drag(4e-3F, coarse, 0.0F, 1) == Approx(2.5e-3));
-  CHECK(core::follow_drag(1e-3F, coarse, 0.0F, -1) == 0.0F);
+  CHECK(core::follow_drag(0.0F, coarse, 50e-3F, 0.0F) == 0.0F);
+  CHECK(core::follow_drag(0.0F, coarse, -50e-3F, 6e-3F) == Approx(3e-3));
+  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, -3e-3F) == Approx(4.5e-3));
+  CHECK(core::follow_drag(3e-3F, coarse, 4e-3F, 1.0F) == 4e-3F);
+  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, 1.0F) == 5e-3F);  // that is all there is
+  CHECK(core::follow_drag(4e-3F, coarse, 0.0F, 3e-3F) == Approx(2.5e-3));
+  CHECK(core::follow_drag(1e-3F, coarse, 0.0F, -3e-3F) == 0.0F);
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  CHECK(core::follow_drag(1e-3F, coarse, nan, 2) == Approx(4e-3));
-  CHECK(core::follow_drag(1e-3F, coarse, std::numeric_limits<float>::infinity(), 2) ==
+  CHECK(core::follow_drag(1e-3F, coarse, nan, 6e-3F) == Approx(4e-3));
+  CHECK(core::follow_drag(1e-3F, coarse, std::numeric_limits<float>::infinity(), 6e-3F) ==
         Approx(4e-3));
 }
 

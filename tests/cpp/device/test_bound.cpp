@@ -172,6 +172,26 @@ TEST_CASE("a torque that plays in time is none of the knob's motion, also beside
   CHECK_FALSE(was_bounded(rig));
 }
 
+TEST_CASE("no drag is cancelled in free air because of a wall before the knob was armed") {
+  Rig rig;
+  ActuatorConfig actuator = rig.get<ActuatorConfig>();
+  actuator.brake_drag_nm = 4e-3F;
+  REQUIRE(rig.set(actuator).ok());
+  REQUIRE(rig.set(at_once(Law::calibrated)).ok());
+  send_wall(rig, 0.5F);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  turn(rig, 200);
+  CHECK(rig.outputs.motor_command_nm != 0.0F);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.tick(500);
+  rig.inputs.encoder_count -= 400;  // out of it; the shaft is wound up
+  rig.tick(500);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(50);
+  CHECK(std::abs(rig.outputs.motor_command_nm) < 1e-6F);
+}
+
 TEST_CASE("a soft start in a wall is none of the knob's motion, to its last tick") {
   Rig rig;
   REQUIRE(rig.set(at_once(Law::calibrated, 0.004F)).ok());
