@@ -104,10 +104,13 @@ inline Plan plan_of(ExcitationState& excitation) {
 /// By the pipeline that does the least of those that do all of it.
 inline Plan plan_of(const ControllerParams& params, const BoundState& bound, const Play& play) {
   Plan plan{play};
-  plan.impacts = play.scene != nullptr && has_impacts(*play.scene);
+  const auto is = [&](bool (*so)(const Scene&)) {
+    return play.scene != nullptr && so(*play.scene);
+  };
+  plan.impacts = is(has_impacts);
   plan.bounds = traits(params.partition.law).bounds;
-  plan.inertia = plan.bounds && play.scene != nullptr && has_inertia(*play.scene);
-  const bool in_time = plan.bounds && play.scene != nullptr && plays_in_time(*play.scene);
+  plan.inertia = plan.bounds && is(has_inertia);
+  const bool in_time = plan.bounds && is(plays_in_time);
   // A change of the plan has yet to reach the bound.
   const bool pending = plan.bounds && !in_time && (bound.new_scene || bound.in_time_nm != 0.0F);
   plan.once = play.passes() || pending;

@@ -207,7 +207,8 @@ def test_hand_that_trembles_leaves_a_wall_as_stiff_as_it_was() -> None:
     there_rad = AT_RAD + lean_nm / hand_nm_per_rad + lean_nm / stiffness
     times_s = np.arange(0.5, 8.0, 1e-3)
     trembles = there_rad + 3e-3 * np.sin(2.0 * np.pi * 10.0 * times_s)
-    path = [(0.0, 0.0), (0.4, there_rad), *zip(times_s, trembles, strict=True), (8.0, there_rad)]
+    trembling = zip(times_s.tolist(), trembles.tolist(), strict=True)
+    path = [(0.0, 0.0), (0.4, there_rad), *trembling, (8.0, there_rad)]
     hand = ImpedanceHand(
         stiffness_nm_per_rad=hand_nm_per_rad,
         damping_nm_s_per_rad=2e-2,
