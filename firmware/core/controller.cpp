@@ -62,12 +62,14 @@ struct Sensed {
   return sense_piece<false>(state.sensor, params.shaft.middle(), motion.delta_rad, capacity_nm);
 }
 
-/// The end of a swing; out of line, for that is rare. A knob that flickers beyond a held count may
-/// have half the friction that was believed.
+/// The end of a swing; out of line, for that is rare. A knob that flickers beyond a held count, and
+/// faster than a hand, may have half the friction that was believed.
 [[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm, float timed_nm,
                                    std::int32_t delta_counts) {
-  if (judge_swing(state.bound, state.tick) && hold_count(state.motion)) {
-    soften(state.bound, 0.5F * state.bound.params.quiet_share);
+  BoundState& bound = state.bound;
+  if (judge_swing(bound, state.tick) && hold_count(state.motion) &&
+      static_cast<std::uint32_t>(state.tick) - bound.flicker_begin < bound.params.slow_ticks) {
+    soften(bound, 0.5F * bound.params.quiet_share);
   }
   return bound_stiffness(state.bound, asked_nm, timed_nm, delta_counts);
 }
@@ -102,7 +104,7 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
 }
 
 /// The shares of the law calibrated.
-/// @param steady_nm what the drag follows: virtual inertia asks for torque at every count
+/// @param steady_nm what the drag follows; 0 with virtual inertia
 [[gnu::always_inline]] inline Shares share_bounded(ControllerState& state,
                                                    const ControllerParams& params,
                                                    const Motion& motion, float desired_nm,

@@ -102,8 +102,8 @@ inline constexpr float kDragNmPerRad = 1.2F;
 
 /// Never more than three quarters of the friction. So a moving knob loses energy even if its speed
 /// is late or wrong, and a resting one goes on resting. And no more than the friction of the knob's
-/// own side: a swing on the shaft's spring leaves the brake's side at rest. A count switches so
-/// little of the drag that friction holds the knob.
+/// own side: a swing on the shaft's spring leaves the brake's side at rest. One count changes the
+/// cancelled drag by at most a quarter of the friction.
 /// @param full_rad_s the speed from which on all of it is given, > 0
 /// @param held_nm    what the sensor may read where the brake's coil holds nothing
 constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm,
@@ -115,9 +115,9 @@ constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm
           smaller(0.25F * knob_coulomb_nm / rad_per_count, kDragNmPerRad), held_nm};
 }
 
-/// How much of the brake's drag the motor cancels: no more than the scene asks for, so no motor
-/// drives a knob against the scene. In free air that is none. It follows with the knob's way, for a
-/// motor that leaps at a wall's edge keeps the knob there in motion.
+/// How much of the brake's drag the motor cancels. It follows the scene's torque with the knob's
+/// way: a motor that leaps at a wall's edge keeps the knob there in motion. Once the knob has moved
+/// it is no more than the scene asks for; in free air none.
 /// @param drag_nm at the last tick, >= 0
 constexpr float follow_drag(float drag_nm, const AssistParams& params, float desired_nm,
                             float delta_rad) {

@@ -62,7 +62,7 @@ struct SceneState {
   std::array<ImpactState, kMaxEffects> impact{};
   std::uint64_t impacts_tick = 0;  // the last tick with an active impact
   float knock_nm = 0;              // torque that all of them together gave then
-  float inertia_share = 1;         // of every Inertia's, that is given
+  float inertia_share = 1;         // of its torque that an Inertia gives
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.

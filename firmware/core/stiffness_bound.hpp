@@ -119,7 +119,7 @@ constexpr void set_share(BoundState& state, float share) {
 
 /// Takes off so much that a swing loses, and not all of what a hand feels.
 constexpr void soften(BoundState& state, float least_share) {
-  set_share(state, larger(0.6F * state.share, least_share));
+  set_share(state, smaller(state.share, larger(0.6F * state.share, least_share)));
 }
 
 /// Follows the swing that goes on.

@@ -314,7 +314,6 @@ void ControlLoop::change(Phase phase, Owner owner, std::uint32_t ticks) {
   phase_ = phase;
   owner_ = owner;
   phase_ticks_left_ = ticks;
-  controller_.bound.drag_nm = 0.0F;  // a hand may have turned the knob meanwhile
   if (!plays()) guest.drop();
   if (fades()) motor_fade_.begin(controller_.slew.motor_command_nm, ticks);
 }
@@ -322,6 +321,7 @@ void ControlLoop::change(Phase phase, Owner owner, std::uint32_t ticks) {
 /// Begins or ends a torque.
 void ControlLoop::enter(Phase phase, Owner owner, std::uint32_t ticks) {
   change(phase, owner, ticks);
+  controller_.bound.drag_nm = 0.0F;  // a hand may have turned the knob meanwhile
   lateness_ = 0;
   local_model_ticks_left_ = 0;
   excitation_.on = false;

@@ -208,10 +208,11 @@ def test_what_two_encoders_are_ahead_by_is_half_a_count() -> None:
     # A count is the angle rounded down. The torque of a spring that never slips needs no encoder.
     soft = _studies.actuator_parts()["soft_spring_nm_per_rad"]
     assert off_counts("motor_only") == pytest.approx(0.5, abs=0.05)
-    assert off_counts("soft_sensor_calibrated") == pytest.approx(0.5, abs=0.05)
+    # Near the edge the motor cancels not all of the drag.
+    assert off_counts("soft_sensor_calibrated") == pytest.approx(0.45, abs=0.05)
     assert off_counts("soft_spring") == pytest.approx(0.5 * (1 - soft / stiffness), abs=0.03)
     assert off_counts("soft_sensor_calibrated", stiff_spring_nm_per_rad=soft) == pytest.approx(
-        0.5, abs=0.1
+        0.4, abs=0.1
     )
 
 

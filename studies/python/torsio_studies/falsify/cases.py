@@ -122,7 +122,7 @@ class Case:
     belt: bool
     noisy: bool
     extra: ExtraName = "nothing"
-    leaves: bool = False  # hands that hold or release, from where the scene begins
+    leaves: bool = False  # the hand draws the knob back to where the scene begins
 
 
 @dataclass(frozen=True)
