@@ -162,7 +162,7 @@ raise MemoryError
 """
     )
     assert ended.stdout == "closed\n"
-    assert ended.stderr.count("Error") == 1
+    assert ended.stderr.count("Traceback") == 1
 
 
 def test_thread_that_outlives_the_main_thread_keeps_its_knob() -> None:

@@ -396,3 +396,14 @@ TEST_CASE("random reports never arm, never move and never stop the device") {
   CHECK(rig.get<Clock>().tick == 20'000);
   CHECK(rig.get<Health>().reports_accepted == 0);
 }
+
+TEST_CASE("a stream has a sample in every so many ticks as it was asked for") {
+  Rig rig;
+  for (const std::uint8_t every : {std::uint8_t{1}, std::uint8_t{5}}) {
+    REQUIRE(rig.send_status(Stream{1, 0, every}) == Status::ok);
+    rig.telemetry.clear();
+    rig.tick(200);
+    REQUIRE(rig.telemetry.size() > 3);
+    CHECK((rig.telemetry[3].tick - rig.telemetry[2].tick) % every == 0);
+  }
+}
