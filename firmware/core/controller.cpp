@@ -18,7 +18,7 @@ namespace {
     judge_ringing(state.bound, spring_nm, state.tick);
   }
   // Slower than that is every hand.
-  if (state.tick % 256 == 0 && state.bound.share < 1.0F) {
+  if (state.tick % kLookTicks == 0) {
     watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
   }
 }
@@ -185,6 +185,8 @@ struct Outcome {
     const float steady_nm = plan.inertia ? 0.0F : desired_nm;
     shares = share_bounded(state, params, motion, desired_nm, steady_nm, sensed);
     state.scene.inertia_share = state.bound.trust;
+    // A flywheel may spin.
+    if (plan.inertia) state.bound.looked_counts = state.bound.swing_counts;
   } else {
     shares = partition(params.partition, desired_nm, sensed.spring_nm);
   }

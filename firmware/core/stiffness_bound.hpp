@@ -22,6 +22,8 @@ struct BoundParams {
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
   std::uint32_t noise_ticks = 0;    // a shorter one may be the encoder's noise under a slow hand
   float held_nm = 0;                // a knob that is let off may rest against this much
+  std::int32_t turn_counts = std::numeric_limits<std::int32_t>::max();
+  std::int32_t spin_counts = std::numeric_limits<std::int32_t>::max();  // from look to look
 };
 
 /// Share of the stable stiffness.
@@ -30,6 +32,15 @@ inline constexpr float kFirstStiffness = 3.0F;
 /// Share of the stable stiffness: no swing lasts where the torque rises no more steeply along the
 /// swing, unless the device has wrong values.
 inline constexpr float kSoft = 1.0F / 3;
+
+/// More than a turn, and few enough to be multiplied by 8.
+inline constexpr std::int32_t kManyCounts = 1 << 27;
+
+/// How often a hand is looked for.
+inline constexpr std::uint32_t kLookTicks = 256;
+
+/// No hand turns a knob as fast for more than a turn.
+inline constexpr float kSpinRadPerS = 20.0F;
 
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
 /// well above the stable stiffness and comes down when it must. One count switches no more than
@@ -49,6 +60,9 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, const Res
   params.flicker_ticks = round_to_u32(1.0F / resolution.period_s);
   params.noise_ticks = round_to_u32(0.05F / resolution.period_s);
   params.held_nm = 1.5F * friction_nm;
+  params.turn_counts = static_cast<std::int32_t>(kTwoPi / resolution.rad_per_count);
+  params.spin_counts = static_cast<std::int32_t>(kSpinRadPerS * resolution.period_s * kLookTicks /
+                                                 resolution.rad_per_count);
   return params;
 }
 
@@ -68,8 +82,10 @@ struct BoundState {
   std::uint32_t flicker_tick = 0;   // of the last change
   std::uint32_t flicker_begin = 0;  // tick of the first
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
+  std::int32_t looked_counts = 0;   // the same, at the last look
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
+  bool spun = false;                // it is less, for the knob spins
   float drag_nm = 0;                // of the brake's, that it takes up: follow_drag()
   bool on_line = false;             // `line_nm` is followed too, beside the asked torque
   bool bounded = false;             // less is given than the scene asks
@@ -159,11 +175,31 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   return true;
 }
 
+/// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
+/// it spins. It comes back at half the speed, in steps that a hand hardly feels.
+constexpr void watch_spin(BoundState& state) {
+  const std::int32_t way_counts = state.swing_counts - state.looked_counts;
+  const std::int32_t spin_counts = state.params.spin_counts;
+  if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts) {
+    state.spun = true;
+    state.trust = larger(0.6F * state.trust, state.params.least_share);
+  } else if (state.spun && way_counts <= spin_counts / 2) {
+    state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
+    state.spun = state.trust < 1.0F;
+  }
+  if (state.swing_counts >= kManyCounts) {  // further on it would overflow
+    state.gone_counts -= kManyCounts / 2;
+    state.swing_counts -= kManyCounts / 2;
+    state.flicker_counts = state.swing_counts;
+  }
+  state.looked_counts = state.swing_counts;
+}
+
 /// A knob that goes on is led by a hand.
 /// @returns whether it does so
 constexpr bool goes_on(BoundState& state, std::uint32_t now) {
   if (state.swing_counts - state.flicker_counts <= kRestCounts) return false;
-  begin_touch(state, now);
+  if (!state.spun) begin_touch(state, now);
   state.flickers = 0;
   state.flicker_counts = state.swing_counts;
   return true;
@@ -181,8 +217,10 @@ constexpr void let_off(BoundState& state, std::uint32_t now) {
   state.rest_counts = absolute(state.line_counts);
 }
 
-/// Out of line: the bound is seldom low.
+/// Out of line, for that is rare.
 [[gnu::noinline]] constexpr void watch_hand(BoundState& state, std::uint32_t now) {
+  watch_spin(state);
+  if (state.share == 1.0F || state.spun) return;
   goes_on(state, now);
   let_off(state, now);
 }

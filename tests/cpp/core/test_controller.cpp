@@ -150,6 +150,42 @@ TEST_CASE("where the scene has inertia no drag is cancelled, and a law in doubt 
   }
 }
 
+// No hand feels what is left out of a knob that was flung, and a wrong guess may drive it.
+TEST_CASE("a knob that spins loses the trust until it is slow again, but no flywheel does") {
+  core::ControllerParams params = reference_actuator();  // 1 kHz: a look in 256 ms
+  params.partition.law = core::Law::calibrated;
+  params.bound = core::make_bound_params({}, params.motion.resolution, 0.1F, 6e-3F);
+  double count = 0.0;
+  const auto turn = [&](core::ControllerState& state, const core::Effect& effect, double rad_s) {
+    core::Scene scene;
+    scene.active = 1;
+    scene.effect[0] = effect;
+    for (int i = 0; i < 1024; ++i) {
+      count += 1e-3 * rad_s * 8192 / (2.0 * M_PI);
+      const core::Plan plan = core::plan_of(params, state.bound, {&scene});
+      (void)core::control(state, params, plan,
+                          static_cast<std::uint32_t>(static_cast<std::int32_t>(count)));
+    }
+    return state.bound.trust;
+  };
+  for (const double way : {1.0, -1.0}) {
+    core::ControllerState state;
+    const core::Constant push{0.01F, {}};
+    CHECK(turn(state, push, way * 19.0) == 1.0F);
+    CHECK(turn(state, push, way * 21.0) < 0.5F);
+    const float least = turn(state, push, way * 11.0);
+    CHECK(turn(state, push, way * 11.0) == least);
+    CHECK(turn(state, push, way * 9.0) > least);
+    const float later = turn(state, push, way * 4.0);
+    CHECK(turn(state, push, way * 4.0) == Approx(later + 4.0F / 16));
+    for (int n = 0; n < 4; ++n) (void)turn(state, push, way * 4.0);
+    CHECK(state.bound.trust == 1.0F);
+    CHECK_FALSE(state.bound.spun);
+    core::ControllerState flywheel;
+    CHECK(turn(flywheel, core::Inertia{1e-4F, 1.0F}, way * 100.0) == 1.0F);
+  }
+}
+
 TEST_CASE("help along in free air stays within the motor's torque") {
   core::ControllerParams params = reference_actuator();
   params.partition = {core::Law::calibrated, 0.5F, 4e-3F, 0.110F};

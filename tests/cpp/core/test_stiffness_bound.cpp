@@ -453,6 +453,28 @@ TEST_CASE("swings that last are unexpected where the parts could render all that
   CHECK(unexpected(0.0, 0.0F, -0.05) == 4);
 }
 
+TEST_CASE("a knob that turns one way for hours is followed as in its first turn") {
+  BoundBench bench;
+  bench.state.params.turn_counts = 10;
+  bench.state.params.spin_counts = 1000;
+  for (const std::int32_t way : {kManyCounts - 10, 20}) {
+    follow_swing(bench.state, way);
+    watch_spin(bench.state);
+  }
+  CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));  // it is slow again
+  for (int n = 0; n < 8; ++n) {
+    follow_swing(bench.state, kManyCounts / 4);
+    watch_spin(bench.state);
+    CHECK(bench.state.swing_counts < kManyCounts);
+    CHECK(bench.state.swing_counts == bench.state.gone_counts);
+    CHECK(bench.state.looked_counts == bench.state.swing_counts);
+    CHECK(bench.state.flicker_counts <= bench.state.swing_counts);
+  }
+  bench.step(0.0, -5);
+  CHECK(bench.state.way == -1);
+  CHECK(bench.state.swing_counts == 5);
+}
+
 TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
   const BoundParams params =
       make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F, 6e-3F);

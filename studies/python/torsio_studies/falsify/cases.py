@@ -54,7 +54,7 @@ COUNTS: Final = (2048, 8192, 32_768, 131_072)
 
 _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
 _HOLDABLE_BY_DETENTS: Final = 0.7  # a weight that comes quickly overshoots, and then rolls on
-_HOLDABLE_WITH_INERTIA: Final = 0.5  # the same, if the scene adds inertia to the knob's
+_HOLDABLE_BY_LESS: Final = 0.5  # the same, if the scene adds inertia, or a texture across detents
 _AT_RAD: Final = 0.05
 _SETTLED_S: Final = 0.3  # by then a hand is done
 _LEFT_S: Final = 0.5  # the same, for one that leaves
@@ -291,7 +291,8 @@ def _hand(
     holds_nm = min(plant.motor_limit_nm, value["limit_nm"]) / gives_less
     holdable = _HOLDABLE
     if case.scene == "detents":
-        holdable = _HOLDABLE_WITH_INERTIA if case.extra == "inertia" else _HOLDABLE_BY_DETENTS
+        less = case.extra in ("inertia", "texture")
+        holdable = _HOLDABLE_BY_LESS if less else _HOLDABLE_BY_DETENTS
     weight_nm = holdable * value["weight"] * holds_nm
     path = [(0.0, 0.0), (0.1, weight_nm)]
     if case.hand == "released" and case.leaves:

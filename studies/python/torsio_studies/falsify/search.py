@@ -31,9 +31,9 @@ DRIVEN_W: Final = 1e-5
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _LOOK_S, _WINDOW_S = 0.1, 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
-_SLID_S: Final = 20.0  # the same, for a knob that slides one way
+_SLID_S: Final = 40.0  # the same, for a knob that was flung far and slides back
 _RESTING_RAD, _RESTING_SHARE = 1e-6, 1e-2  # a knob that moves and sounds by less stays at rest
-_SLIDING_SHARE: Final = 1e-2
+_SLIDING_SHARE: Final = 0.2
 _NEARLY_NM: Final = 1e-5
 _CONSTANT: Final = ("angle_rad", "brake_angle_rad", "motor_command_nm", "brake_command_nm")
 _SLOW: Final = 1e-2
@@ -86,6 +86,7 @@ def _measure(options: LoopOptions, after_s: float) -> Motion:
         if is_late and before_rad is None:
             before_rad = float(np.ptp(rows["angle_rad"]))
         if now_s >= hand_s and (_is_held(options, rows) or (is_late and _creeps(rows))):
+            rows = rows[len(rows) // 4 :]  # before, the current may still follow
             break
         now_s += _LOOK_S
     else:
