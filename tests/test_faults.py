@@ -60,6 +60,9 @@ def test_allocation_that_fails_once_ends_the_example_in_c_with_a_sentence() -> N
 
 
 def test_update_that_ends_early_is_told() -> None:
-    for at in range(0, 220, 7):  # all of its lines but the last few, which Python 3.13 has not
+    for at in range(0, 400, 7):
         wrong, injection = calls.interrupt_update(at, KeyboardInterrupt)
-        assert (wrong, injection.where is None) == ("", False)
+        assert wrong == ""
+        if injection.where is None:  # it has no more lines; how many, depends on Python
+            break
+    assert at > 150
