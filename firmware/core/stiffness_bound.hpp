@@ -39,7 +39,7 @@ inline constexpr std::int32_t kManyCounts = 1 << 27;
 /// How often a hand is looked for.
 inline constexpr std::uint32_t kLookTicks = 256;
 
-/// No hand turns a knob as fast for more than a turn.
+/// Few hands turn a knob as fast for more than a turn.
 inline constexpr float kSpinRadPerS = 20.0F;
 
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins

@@ -453,6 +453,29 @@ TEST_CASE("swings that last are unexpected where the parts could render all that
   CHECK(unexpected(0.0, 0.0F, -0.05) == 4);
 }
 
+TEST_CASE("a knob that spins is led by no hand, from its second turn on") {
+  BoundBench bench;
+  bench.state.params.turn_counts = 1500;
+  bench.state.params.spin_counts = 100;
+  set_share(bench.state, 0.5F);
+  bench.state.last_nm = 0.01F;  // along its way, as where a hand lets off
+  for (const double trust : {1.0, 0.6}) {
+    follow_swing(bench.state, 1000);
+    watch_hand(bench.state, 1000);
+    CHECK(bench.state.trust == Approx(trust));
+  }
+  CHECK(bench.state.spun);
+  set_share(bench.state, 0.5F);
+  follow_swing(bench.state, 1000);
+  watch_hand(bench.state, 1000);
+  CHECK(bench.state.share == 0.5F);
+  follow_swing(bench.state, 1000);
+  bench.now = 1000;
+  bench.step(0.01, -1);  // a count that flickers
+  CHECK(bench.state.trust == Approx(0.36));
+  CHECK(bench.state.share == 0.5F);
+}
+
 TEST_CASE("a knob that turns one way for hours is followed as in its first turn") {
   BoundBench bench;
   bench.state.params.turn_counts = 10;
