@@ -71,8 +71,8 @@ CHECKS: dict[str, Callable[[], Command]] = {
     "shellcheck": lambda: _tool("shellcheck", *SHELL_FILES),
     "headers": lambda: ["cmake", "--workflow", "--preset", "headers"],
     "complexity": lambda: _tool(
-        *("lizard", "-l", "cpp", "-l", "python", "-l", "typescript"),
-        *("--modified", "-C", "12", "-w", "-W", PLAIN_TABLES),
+        *("lizard", "-l", "cpp", "-l", "python", "-l", "typescript", "-C", "12", "-w"),
+        *("-W", PLAIN_TABLES),
         *("firmware", "emulator", "sdk", "bindings", "studies", "hardware", "tools"),
         *("studio/src", "studio/wasm"),
     ),

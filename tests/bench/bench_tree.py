@@ -1,9 +1,9 @@
 """The tree's size and shape beside an older revision's, as tables for docs/results.md.
 
 ``./dev bench tree [REVISION]`` counts lines of text and files by folder, printed files apart, and
-looks for each folder's most complex function, as ``./dev check`` counts. Then it tells what the
-pages say of a tick, how many files by hand of the product name `ShaftConfig`, and what went and
-came since by ``git diff --numstat``. Last it counts each row of what the page lists as taken out.
+looks for each folder's most complex function, by lizard. Then it tells what the pages say of a
+tick, how many files by hand of the product name `ShaftConfig`, and what went and came since by
+``git diff --numstat``. Last it counts each row of what the page lists as taken out.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ FOLDERS = (*PRODUCT[:7], "examples", "tools", "tests", "docs")
 PRINTED = "Printed from the field lists"
 TOLD = {
     "instructions of a tick, one wall, `pico2`, `pico`": r"^\| one wall \| (.+) \| (.+) \|$",
+    "the same with the law `calibrated`": r"^\| one wall, with .+`calibrated` \| (.+) \| (.+) \|$",
 }
 
 
@@ -59,7 +60,7 @@ def told_by(tool: str, *arguments: str | Path) -> str:
 
 def complexities(folder: Path) -> list[tuple[int, str]]:
     languages = ("-l", "cpp", "-l", "python", "-l", "typescript")
-    rows = csv.reader(told_by("lizard", *languages, "--modified", "--csv", folder).splitlines())
+    rows = csv.reader(told_by("lizard", *languages, "--csv", folder).splitlines())
     return [(int(row[1]), row[7].rpartition("::")[2]) for row in rows]
 
 
