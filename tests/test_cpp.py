@@ -12,7 +12,7 @@ import os
 import re
 import subprocess
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -189,45 +189,3 @@ def test_cpp(
         problem = _run(case.command, case.limit_s)
     if problem:
         pytest.fail(problem, pytrace=False)
-
-
-GOOD = "good, and with a comma"
-PLANTED = """\
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
-#include <doctest/doctest.h>
-#include <cstdlib>
-TEST_CASE("good, and with a comma") { CHECK(true); }
-TEST_CASE("bad") { CHECK(1 == 2); }
-TEST_CASE("worse \\\\") { std::abort(); }
-TEST_CASE("left out" * doctest::skip()) { CHECK(3 == 4); }
-"""
-
-
-@pytest.fixture(scope="module")
-def planted(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
-    """Compile a program in which some cases fail."""
-    folder = tmp_path_factory.mktemp("planted")
-    (folder / "planted.cpp").write_text(PLANTED)
-    command = ["g++", "-std=c++20", "planted.cpp", "-o", "planted"]
-    subprocess.run(command, cwd=folder, check=True)
-    return _cases_of(Case("none", "planted", (str(folder / "planted"),), 60.0))
-
-
-def test_cases_are_told_by_name_though_one_of_them_ends_the_program(
-    planted: list[Case], tmp_path: Path
-) -> None:
-    assert {case.name for case in planted} == {GOOD, "bad", "worse \\", "left out"}
-    problems = run_cases(planted, tmp_path / "report.xml")
-    assert problems[GOOD] == ""
-    assert "1 == 2" in problems["bad"]
-    assert "3 == 4" in problems["left out"]
-    assert re.search("SIGABRT|status -6", problems["worse \\"])
-
-
-def test_case_that_the_program_does_not_have_has_not_passed(
-    planted: list[Case], tmp_path: Path
-) -> None:
-    gone = [replace(planted[0], name=name) for name in (GOOD, "gone")]
-    problems = run_cases(gone, tmp_path / "report.xml")
-    assert problems[GOOD] == ""
-    assert "did not run" in problems["gone"]

@@ -83,28 +83,7 @@ def test_what_the_code_does_not_tell_is_an_error(code: str, complaint: str) -> N
         resolve_and_measure(functions)
 
 
-def test_what_is_never_reached_need_not_be_known() -> None:
-    functions = read_listing(LISTING + "\n20000080 <never>:\n20000080:\tblx\tr3\n")
-    resolve(functions)
-    assert depth_bytes(functions, "root") == (20 + 40 + LARGE, ["root", "large"])
-    with pytest.raises(UnknownStack, match="call through a pointer in never"):
-        depth_bytes(functions, "never")
-
-
 def test_a_declared_target_that_is_gone_is_an_error() -> None:
     listing = LISTING.replace("<leaf>", "<tud_task_ext>").replace("ldr\tr3, [sp, #4]", "blx\tr3")
     with pytest.raises(UnknownStack, match="tud_task_ext should call"):
         resolve(read_listing(listing))
-
-
-def test_labels_inside_a_function_belong_to_it() -> None:
-    listing = LISTING.replace("\n20000040 <large>", "20000040 <large>")
-    functions = read_listing(listing, frozenset({"large"}))
-    assert set(functions) == {"root", "leaf"}
-    assert functions["root"].calls == {"leaf"}
-    assert functions["leaf"].frame_bytes == LEAF + LARGE
-
-
-def test_a_call_is_found_by_its_address_whatever_symbol_objdump_names() -> None:
-    functions = read_listing(LISTING.replace("bl\t20000020 <leaf>", "bl\t20000020 <__BEGIN__>"))
-    assert functions["root"].calls == {"leaf", "large"}
