@@ -1,4 +1,4 @@
-"""What a new configuration takes: one is added to a clone of HEAD, and tried.
+"""How many files a new configuration takes: one is added to a clone of HEAD, and tried.
 
 ``./dev bench configuration`` adds `TrialConfig`, two fields and a rule across them, to the files
 that CONTRIBUTING.md names, and prints the others. It builds libraries and Python module, and sets,
