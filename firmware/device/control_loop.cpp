@@ -141,13 +141,15 @@ void ControlLoop::move_origin(std::int64_t counts) {
 }
 
 void ControlLoop::watch_time(const TickInputs& in) {
-  if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {
+  const std::uint32_t budget_ns =
+      config_.tick_budget_ns - std::min(in.step_time_ns, config_.tick_budget_ns);
+  if (in.missed_ticks != 0 || in.tick_time_ns > budget_ns) {
     fall_behind(in.missed_ticks);
   } else if (lateness_ != 0) {
     --lateness_;
   }
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
-  usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
+  usual_tick_ns_ = std::min(counters_.tick_time_max_ns, budget_ns);
 }
 
 bool ControlLoop::overruns() const { return lateness_ >= kLatenessLimit; }

@@ -26,6 +26,7 @@ struct TickInputs {
   std::uint16_t power_faults = 0;  // with actuator_fault: which, as bits of `faults`; 0: `actuator`
   std::uint32_t missed_ticks = 0;  // since the last tick; they count as time
   std::uint32_t tick_time_ns = 0;  // how long the last tick took; 0: not known
+  std::uint32_t step_time_ns = 0;  // and since then the interrupts between two ticks
 };
 
 /// The board's orders until the next tick.

@@ -97,3 +97,4 @@ def test_tick_has_time_for_so_many_effects_of_a_game_and_more_are_a_fault() -> N
                 _play(pico, FULL // 100, SINE)
             pico.run(20)
             assert pico.get("health")["faults"] == fault
+            assert pico.status()["watchdog_resets"] == 0

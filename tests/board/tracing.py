@@ -16,7 +16,7 @@ from tests.board.pico import TREE, EmulatedPico
 from tests.python import wire
 
 RETRACE = TREE / "build/mcu/host/retrace"
-REPORT_BYTES, INPUTS_BYTES, OUTPUTS_BYTES = 64, 16, 9  # the outputs' padding is left out
+REPORT_BYTES, INPUTS_BYTES, OUTPUTS_BYTES = 64, 20, 9  # the outputs' padding is left out
 
 _TICK = "_ZN6torsio6device11ControlLoop4tickERKNS0_10TickInputsE"
 _GIVE = "_ZN6torsio6device11ControlLoop4giveERKNS0_5OrderE"

@@ -27,7 +27,7 @@ namespace {
 using namespace torsio;
 
 // Also on the boards' processors.
-static_assert(sizeof(device::TickInputs) == 16 && std::is_trivially_copyable_v<device::TickInputs>);
+static_assert(sizeof(device::TickInputs) == 20 && std::is_trivially_copyable_v<device::TickInputs>);
 static_assert(sizeof(device::TickOutputs) == 12 && std::endian::native == std::endian::little);
 
 std::vector<std::uint8_t> from_hex(const std::string& text) {

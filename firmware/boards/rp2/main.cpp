@@ -89,6 +89,11 @@ std::atomic<std::uint32_t> ticks_done{0};
 
 std::uint32_t cycles_left() { return systick_hw->cvr; }
 
+std::uint32_t ns_since(std::uint32_t start) {
+  const std::uint32_t cycles = (start - cycles_left()) & kSysTickMask;
+  return static_cast<std::uint32_t>((std::uint64_t{cycles} * cycles_to_ns_q16) >> 16);
+}
+
 void on_tick() {
   const std::uint32_t start = cycles_left();
   inputs.encoder_count = encoder->read();
@@ -114,20 +119,21 @@ void on_tick() {
   power->apply(outputs);
   if (!stack_is_whole()) panic(protocol::ResetCause::stack);
   ticks_done.store(ticks_done.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-  const std::uint32_t cycles = (start - cycles_left()) & kSysTickMask;
-  inputs.tick_time_ns =
-      static_cast<std::uint32_t>((std::uint64_t{cycles} * cycles_to_ns_q16) >> 16);
+  inputs.step_time_ns = 0;
+  inputs.tick_time_ns = ns_since(start);
 }
 
 /// Between two ticks only the current loop has something to do.
 void on_step() {
   static std::uint32_t steps_left = 0;
+  const std::uint32_t start = cycles_left();
   power->begin();
   if (steps_left == 0) {
     steps_left = kStepsPerTick;
     on_tick();
   } else {
     power->apply();
+    inputs.step_time_ns += ns_since(start);
   }
   --steps_left;
 }

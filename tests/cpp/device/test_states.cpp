@@ -315,7 +315,8 @@ TEST_CASE("on its way to the bootloader nobody can arm any more") {
 namespace {
 
 /// Ticks until the device gives up, or 0. Every `every`th tick has `inputs`.
-int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int every) {
+int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int every,
+                     std::uint32_t step_time_ns = 0) {
   torsio::device::BoardInfo board;
   board.control_period_ns = 100'000;
   Rig rig(board);
@@ -327,6 +328,7 @@ int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int
     const bool late = tick % every == 0;
     rig.inputs.missed_ticks = late ? missed_ticks : 0;
     rig.inputs.tick_time_ns = late ? tick_time_ns : 20'000;
+    rig.inputs.step_time_ns = step_time_ns;
     rig.tick();
     if (rig.state() != State::armed) {
       CHECK(rig.get<Health>().faults == fault::overrun);
@@ -351,6 +353,13 @@ TEST_CASE("a load that does not fit is a fault, jitter is none") {
   const int every_fourth = ticks_to_overrun(1, 130'000, 4);
   CHECK(every_fourth > 200);
   CHECK(every_fourth < 300);
+}
+
+TEST_CASE("what the interrupt does between two ticks is lost to the main loop as well") {
+  CHECK(ticks_to_overrun(0, 85'000, 1, 10'000) == 0);
+  CHECK(ticks_to_overrun(0, 85'001, 1, 10'000) == 16);
+  CHECK(ticks_to_overrun(0, 85'001, 4, 10'000) > 200);
+  CHECK(ticks_to_overrun(0, 1, 1, 95'001) == 16);
 }
 
 TEST_CASE("what was late before arming is no fault, and an overrun can be cleared") {
