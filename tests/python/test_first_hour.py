@@ -370,7 +370,8 @@ def test_record_tells_on_a_terminal_how_it_does_and_how_it_ends(tmp_path: Path) 
     file = tmp_path / "a.mcap"
     done = subprocess.run(
         [sys.executable, "-m", "torsio", "record", file, "--device", "emulated", "--seconds", "1"],
-        env={**os.environ, "FORCE_COLOR": "1"}, capture_output=True, text=True, check=True,
+        env={**os.environ, "FORCE_COLOR": "1", "TERM": "xterm"},
+        capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert "Ctrl-C ends it earlier" in done.stderr
     told = re.findall(r"(\d+) samples, 0 lost, (\d) s left", done.stderr)

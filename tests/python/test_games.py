@@ -145,7 +145,10 @@ def test_command_shows_one_moment_without_a_terminal() -> None:
     assert "actuator: nobody" in result.stdout
 
 
-def test_view_in_a_terminal_follows_what_games_do(knob: torsio.Knob) -> None:
+def test_view_in_a_terminal_follows_what_games_do(
+    knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TERM", "xterm")
     game = Game(knob)
     block = game.create(CONSTANT)
     game.constant(block, 16384)
