@@ -3,18 +3,12 @@
 namespace torsio::core {
 namespace {
 
-/// The part of the sensed torque that the motor may take up.
-[[gnu::always_inline]] inline float certain_torque(const ControllerState& state,
-                                                   const ControllerParams& params,
-                                                   float capacity_nm) {
-  return state.bound.trust * (capacity_nm + params.shaft.middle().brake_side.countered_nm);
-}
-
 /// Out of line: otherwise every tick keeps its values in registers.
 [[gnu::noinline]] void watch_sensor(ControllerState& state, const ControllerParams& params) {
   const float spring_nm = state.sensor.spring_torque_nm;
   const float capacity_nm = sensed_capacity(state.brake, params.brake);
-  if (absolute(spring_nm) > certain_torque(state, params, capacity_nm)) {
+  const float countered_nm = params.shaft.middle().brake_side.countered_nm;
+  if (absolute(spring_nm) > state.bound.trust * (capacity_nm + countered_nm)) {
     judge_ringing(state.bound, spring_nm, state.tick);
   }
   // Slower than that is every hand.
@@ -23,17 +17,11 @@ namespace {
   }
 }
 
-/// What the sensor says of a known brake.
-struct Sensed {
-  float spring_nm = 0;
-  float certain_nm = 0;  // of it, either way
-};
-
 /// Senses the spring's torque with a known brake, and keeps the ledger.
 /// @param bent of one who knows it beforehand: then asking costs nothing
-[[gnu::always_inline]] inline Sensed sense_known_brake(ControllerState& state,
-                                                       const ControllerParams& params,
-                                                       const Motion& motion, bool bent) {
+[[gnu::always_inline]] inline float sense_known_brake(ControllerState& state,
+                                                      const ControllerParams& params,
+                                                      const Motion& motion, bool bent) {
   const float capacity_nm = model_real_brake(state.brake, params.brake, state.brake_command_nm);
   float spring_nm = 0.0F;
   if (bent) [[unlikely]] {
@@ -42,13 +30,12 @@ struct Sensed {
     spring_nm =
         sense_piece<true>(state.sensor, params.shaft.middle(), motion.delta_rad, capacity_nm);
   }
-  const float certain_nm = certain_torque(state, params, capacity_nm);
   // Often enough for what takes 5 ms and more from side to side.
   if (state.tick % 16 == 0) [[unlikely]]
     watch_sensor(state, params);
   keep_ledger(state.ledger, state.slew.motor_command_nm, state.sensor.spring_torque_nm,
               motion.delta_counts);
-  return {spring_nm, certain_nm};
+  return spring_nm;
 }
 
 /// The same by a law that knows no more of the brake than its capacity.
@@ -108,11 +95,11 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
 [[gnu::always_inline]] inline Shares share_bounded(ControllerState& state,
                                                    const ControllerParams& params,
                                                    const Motion& motion, float desired_nm,
-                                                   float steady_nm, const Sensed& sensed) {
+                                                   float steady_nm, float spring_nm) {
   float& drag_nm = state.bound.drag_nm;
   drag_nm = follow_drag(drag_nm, params.assist, steady_nm, motion.delta_rad);
-  const float most_nm = smaller_number(state.brake.coil_nm + drag_nm, sensed.certain_nm);
-  const float cancelled_nm = clamp_number(sensed.spring_nm, most_nm);
+  const float most_nm = state.bound.trust * (state.brake.coil_nm + drag_nm);
+  const float cancelled_nm = clamp_number(spring_nm, most_nm);
   Shares shares = partition_by(Law::calibrated, params.partition, desired_nm, cancelled_nm);
   if (desired_nm == 0.0F) [[unlikely]] {
     shares.motor_command_nm =
@@ -154,17 +141,17 @@ struct Outcome {
 [[gnu::always_inline]] inline Outcome run_bounded(ControllerState& state,
                                                   const ControllerParams& params,
                                                   const Motion& motion, float scene_nm, bool bent) {
-  const Sensed sensed = sense_known_brake(state, params, motion, bent);
+  const float spring_nm = sense_known_brake(state, params, motion, bent);
   const float desired_nm = bound_torque(state, scene_nm, 0.0F, motion.delta_counts);
-  return {desired_nm, share_bounded(state, params, motion, desired_nm, desired_nm, sensed)};
+  return {desired_nm, share_bounded(state, params, motion, desired_nm, desired_nm, spring_nm)};
 }
 
 [[gnu::noinline]] Outcome run_full(ControllerState& state, const ControllerParams& params,
                                    const Plan& plan, const Motion& motion, float scene_nm) {
   const Resolution& resolution = params.motion.resolution;
-  const Sensed sensed = traits(params.partition.law).knows_brake
-                            ? sense_known_brake(state, params, motion, params.shaft.bent())
-                            : Sensed{sense_brake(state, params, motion)};
+  const float spring_nm = traits(params.partition.law).knows_brake
+                              ? sense_known_brake(state, params, motion, params.shaft.bent())
+                              : sense_brake(state, params, motion);
   if (plan.excitation != nullptr) {
     const Shares shares =
         excite(*plan.excitation, params.excitation, motion, resolution.rad_per_count);
@@ -183,12 +170,12 @@ struct Outcome {
     }
     desired_nm = bound_all(state, params, desired_nm, in_time_nm, motion.delta_counts);
     const float steady_nm = plan.inertia ? 0.0F : desired_nm;
-    shares = share_bounded(state, params, motion, desired_nm, steady_nm, sensed);
-    state.scene.inertia_share = state.bound.trust;
+    shares = share_bounded(state, params, motion, desired_nm, steady_nm, spring_nm);
+    state.scene.inertia_share = state.bound.trust * state.bound.calm;
     // A flywheel may spin.
     if (plan.inertia) state.bound.looked_counts = state.bound.swing_counts;
   } else {
-    shares = partition(params.partition, desired_nm, sensed.spring_nm);
+    shares = partition(params.partition, desired_nm, spring_nm);
   }
   if (plan.impacts) {
     shares = share_impacts(state, params, plan, motion, shares);

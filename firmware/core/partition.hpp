@@ -95,35 +95,45 @@ struct AssistParams {
   float nm_s_per_rad = 0;     // until that is reached
   float drag_nm_per_rad = 0;  // see follow_drag()
   float drag_most_nm = 0;
+  float drag_more_nm = 0;  // than the scene asks for
 };
 
 /// A drag of 3 mN m is taken off on 2.5 mrad.
 inline constexpr float kDragNmPerRad = 1.2F;
+
+/// The share of it that is taken off. The rest is left for wrong beliefs.
+inline constexpr float kDragShare = 0.6F;
 
 /// Never more than three quarters of the friction. So a moving knob loses energy even if its speed
 /// is late or wrong, and a resting one goes on resting. And no more than the friction of the knob's
 /// own side: a swing on the shaft's spring leaves the brake's side at rest. One count changes the
 /// cancelled drag by at most a quarter of the friction.
 /// @param full_rad_s the speed from which on all of it is given, > 0
-/// @param held_nm    what the sensor may read where the brake's coil holds nothing
+/// @param hysteresis_nm, countered_nm what the sensor reads beside the drag where the brake's coil
+///                   holds nothing
 constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm,
                                           float brake_drag_nm, float full_rad_s,
-                                          float rad_per_count, float held_nm) {
+                                          float rad_per_count, float hysteresis_nm,
+                                          float countered_nm) {
   const float friction_nm = smaller(0.75F * (knob_coulomb_nm + brake_drag_nm), knob_coulomb_nm);
   const float most_nm = smaller(wanted_nm, friction_nm);
   return {most_nm, most_nm / full_rad_s,
-          smaller(0.25F * knob_coulomb_nm / rad_per_count, kDragNmPerRad), held_nm};
+          smaller(0.25F * knob_coulomb_nm / rad_per_count, kDragNmPerRad),
+          kDragShare * (brake_drag_nm + hysteresis_nm + knob_coulomb_nm) + countered_nm,
+          0.5F * knob_coulomb_nm};
 }
 
 /// How much of the brake's drag the motor cancels. It follows the scene's torque with the knob's
 /// way: a motor that leaps at a wall's edge keeps the knob there in motion. Once the knob has moved
-/// it is no more than the scene asks for; in free air none.
+/// it exceeds what the scene asks for by half the friction at most; in free air there is none.
 /// @param drag_nm at the last tick, >= 0
 constexpr float follow_drag(float drag_nm, const AssistParams& params, float desired_nm,
                             float delta_rad) {
   const float way_nm = params.drag_nm_per_rad * absolute(delta_rad);
   // In this order a torque that is not finite does not stay.
-  const float most_nm = smaller_number(params.drag_most_nm, absolute(desired_nm));
+  const float asked_nm = absolute(desired_nm);
+  const float more_nm = asked_nm > 0.0F ? asked_nm + params.drag_more_nm : 0.0F;
+  const float most_nm = smaller_number(params.drag_most_nm, more_nm);
   return larger(smaller_number(drag_nm + way_nm, most_nm), drag_nm - way_nm);
 }
 

@@ -86,6 +86,8 @@ struct BoundState {
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
   bool spun = false;                // it is less, for the knob spins
+  std::uint32_t even_swings = 0;    // as slow as a hand's, in a row that did not get smaller
+  float calm = 1;                   // share of virtual inertia that does not make a count flicker
   float drag_nm = 0;                // of the brake's, that it takes up: follow_drag()
   bool on_line = false;             // `line_nm` is followed too, beside the asked torque
   bool bounded = false;             // less is given than the scene asks
@@ -98,11 +100,17 @@ struct BoundState {
   float begin_nm = 0;     // where it begins
   float line_counts = 0;  // the knob's way from there
   float rest_counts = 0;  // the same, less what may be a flicker
-  float in_time_nm = 0;   // its part that does not come from the knob's motion
-  bool rang_up = false;   // which way the sensed torque last went beyond what the motor may take up
+  float outer_begin_nm = 0;  // where the line begins that this one lies in
+  float outer_counts = 0;    // this one's begin from there; 0: it lies in none
+  float absorbed = 0;        // N m counts, by what was given since the outermost line began
+  float in_time_nm = 0;      // its part that does not come from the knob's motion
+  bool rang_up = false;  // which way the sensed torque last went beyond what the motor may take up
   std::uint32_t rings = 0;      // in a row that it did so to and fro
   std::uint32_t ring_tick = 0;  // of the last one
 };
+
+/// The same energy, but for rounding.
+inline constexpr float kEnough = 1.01F;
 
 /// Compares with nothing.
 inline constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
@@ -118,6 +126,9 @@ inline constexpr std::int32_t kNarrowCounts = 6;
 /// So many swings in a row that get smaller are a swing that dies. A lasting one may be wide and
 /// narrow by turns.
 inline constexpr std::uint32_t kFading = 6;
+
+/// So many slow swings in a row that did not get smaller and no hand makes them.
+inline constexpr std::uint32_t kEven = 16;
 
 /// So many swings in a row that did not get smaller come from no push.
 inline constexpr std::uint32_t kUnexpected = 4;
@@ -136,6 +147,10 @@ constexpr void set_share(BoundState& state, float share) {
 /// Takes off so much that a swing loses, and not all of what a hand feels.
 constexpr void soften(BoundState& state, float least_share) {
   set_share(state, smaller(state.share, larger(0.6F * state.share, least_share)));
+}
+
+constexpr void distrust(BoundState& state) {
+  state.trust = larger(0.6F * state.trust, state.params.least_share);
 }
 
 /// Follows the swing that goes on.
@@ -165,13 +180,20 @@ constexpr float most_share(const BoundState& state) {
   return risen_nm < most_nm ? larger(state.share, risen_nm / most_nm) : 1.0F;
 }
 
+/// Whether the knob swings as slowly as a hand would, but on and on. One that rests or goes on one
+/// way for long has done with it.
+constexpr bool swings_evenly(const BoundState& state, std::uint32_t now) {
+  return state.even_swings >= kEven && now - state.turned_tick < 10 * state.params.slow_ticks;
+}
+
 /// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
 /// knob's own is as slow.
 /// @returns whether it was a hand's
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, most_share(state));
-  if (is_slower(state, now, state.params.slow_ticks)) state.trust = 1.0F;
+  if (is_slower(state, now, state.params.slow_ticks) && !swings_evenly(state, now))
+    state.trust = 1.0F;
   return true;
 }
 
@@ -182,7 +204,7 @@ constexpr void watch_spin(BoundState& state) {
   const std::int32_t spin_counts = state.params.spin_counts;
   if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts) {
     state.spun = true;
-    state.trust = larger(0.6F * state.trust, state.params.least_share);
+    distrust(state);
   } else if (state.spun && way_counts <= spin_counts / 2) {
     state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
     state.spun = state.trust < 1.0F;
@@ -236,7 +258,9 @@ constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
   }
   if (state.flickers == 0) state.flicker_begin = now;
   state.flicker_tick = now;
-  if (++state.flickers < kFlickers || now - state.flicker_begin < state.params.noise_ticks)
+  ++state.flickers;
+  if (state.flickers == kFlickers) state.calm = larger(0.6F * state.calm, state.params.least_share);
+  if (state.flickers < kFlickers || now - state.flicker_begin < state.params.noise_ticks)
     return false;
   state.flickers = 0;
   state.flickered = true;
@@ -265,7 +289,7 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
   state.rang_up = up;
   state.ring_tick = now;
   if (++state.rings <= kRings) return;
-  state.trust = larger(0.6F * state.trust, state.params.least_share);
+  distrust(state);
   // In a stiffer scene right values may ring so, too.
   const bool soft = could_have_rendered(state, state.swing_counts / 4);
   if (state.rings == kRings + kUnexpected && soft) ++state.unexpected_swings;
@@ -283,6 +307,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   const bool slow = is_slower(state, now, state.params.slow_ticks);
   const bool by_hand = begin_touch(state, now);
   const std::int32_t width = state.swing_counts;
+  if (width > kNarrowCounts && state.flickers < kFlickers) state.calm = 1.0F;
   state.turned_tick = now;
   state.way = -state.way;
   state.swing_counts -= state.gone_counts;
@@ -293,6 +318,9 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   state.flickered = false;
   // A swing may look a count wider or narrower than it is.
   const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
+  const bool wider_now = width * 7 > (state.widest_counts + 1) * 8;
+  if (slow) state.even_swings = smaller_now || wider_now ? 0 : state.even_swings + 1;
+  if (slow && swings_evenly(state, now)) distrust(state);
   if (slow || (smaller_now && ++state.fading >= kFading)) {
     state.swings = state.fading = 0;
     state.widest_counts = width;
@@ -310,18 +338,40 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
     if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
     soften(state, state.params.least_share);
   }
-  state.trust = larger(0.6F * state.trust, state.params.least_share);
+  distrust(state);
   return false;
 }
 
 /// The way out leads straight back to where the line begins, however the way in was bent. Near
-/// where the knob was deepest it is as soft as the bound, for the knob may rest there.
+/// where the knob was deepest it is as soft as the bound, for the knob may rest there. It gives no
+/// more energy than the way in took: with too little, the torque falls with a power of what is left
+/// of the way.
 constexpr float way_out(BoundState& state, float spring_nm, float moved_counts) {
   const float left_counts = absolute(state.line_counts + moved_counts) + kRestCounts;
   if (left_counts >= state.rest_counts) return spring_nm;
   state.rest_counts = left_counts;
-  const float chord_nm = (state.line_nm - state.begin_nm) * moved_counts / state.line_counts;
-  return spring_nm > 0.0F ? larger(chord_nm, spring_nm) : smaller(chord_nm, spring_nm);
+  const float share = moved_counts / state.line_counts;  // < 0
+  const float chord_nm = (state.line_nm - state.begin_nm) * share;
+  if (state.outer_counts != 0.0F) return chord_nm;
+  const float chord = 0.5F * absolute((state.line_nm + state.begin_nm) * state.line_counts);
+  if (chord <= kEnough * state.absorbed) return chord_nm;
+  const float power =
+      absolute(state.line_nm * state.line_counts) / larger(state.absorbed, 1e-9F) - 1.0F;
+  return state.line_nm * larger(power * share, -1.0F);
+}
+
+/// A line begins within another, or within the one that its own lies in.
+constexpr void nest(BoundState& state) {
+  if (state.outer_counts == 0.0F) state.outer_begin_nm = state.begin_nm;
+  state.outer_counts += state.line_counts;
+}
+
+/// The outermost line goes on where an inner one ends.
+constexpr void unnest(BoundState& state) {
+  state.begin_nm = state.outer_begin_nm;
+  state.line_counts += state.outer_counts;
+  state.rest_counts = absolute(state.line_counts);
+  state.outer_counts = 0.0F;
 }
 
 /// Whether the line goes on. Where the scene is steep again it begins anew, if it is beyond.
@@ -329,6 +379,22 @@ constexpr bool continues(const BoundState& state, float before_nm, float excess_
                          float spring_nm) {
   const bool beyond = absolute(state.line_nm) > absolute(before_nm);
   return state.on_line && !(beyond && excess_nm * spring_nm > 0.0F);
+}
+
+/// A line begins: within the other, if there is one.
+constexpr void begin_line(BoundState& state, float before_nm) {
+  if (state.on_line) {
+    nest(state);
+  } else {
+    state.outer_counts = state.absorbed = 0.0F;
+  }
+  state.begin_nm = before_nm;
+  state.line_counts = state.rest_counts = 0.0F;
+}
+
+/// Of two torques of one sign.
+constexpr float smaller_torque(float line_nm, float asked_nm) {
+  return absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
 }
 
 /// Whether the knob is back where the line began, and the scene asks for no more than the bound
@@ -359,19 +425,30 @@ constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, floa
     line_nm = state.line_nm;
     way_nm = way_out(state, spring_nm, moved_counts);
   } else {
-    state.begin_nm = before_nm;
-    state.line_counts = state.rest_counts = 0.0F;
+    begin_line(state, before_nm);
   }
+  const float gave_nm = smaller_torque(line_nm, before_nm) + timed_nm;
   state.begin_nm += timed_nm;
+  state.outer_begin_nm += timed_nm;
+  state.absorbed -= timed_nm * (state.outer_counts + state.line_counts);
   state.line_counts += moved_counts;
   state.rest_counts = larger(state.rest_counts, absolute(state.line_counts));
-  const bool is_over = ends(state, asked_nm, line_nm + timed_nm, moved_counts);
+  bool is_over = ends(state, asked_nm, line_nm + timed_nm, moved_counts);
   line_nm += timed_nm + way_nm;
+  if (is_over && state.outer_counts != 0.0F) {
+    line_nm = state.begin_nm;
+    unnest(state);
+    is_over = false;
+  }
   if (line_nm * asked_nm <= 0.0F) line_nm = 0.0F;
-  if (before_nm * asked_nm < 0.0F) state.begin_nm = state.line_counts = state.rest_counts = 0.0F;
+  if (before_nm * asked_nm < 0.0F) {
+    state.begin_nm = state.line_counts = state.rest_counts = 0.0F;
+    state.outer_counts = state.absorbed = 0.0F;
+  }
   // A torque that is not finite is a fault. The bound must not keep it.
   if (is_over || !is_finite(asked_nm + line_nm)) line_nm = asked_nm;
-  const float given_nm = absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
+  const float given_nm = smaller_torque(line_nm, asked_nm);
+  state.absorbed -= 0.5F * (gave_nm + given_nm) * moved_counts;
   state.asked_nm = asked_nm;
   state.line_nm = line_nm;
   state.on_line = is_finite(asked_nm) && asked_nm != 0.0F && !is_over;

@@ -90,11 +90,10 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   // No slower than the speed of one count.
   const float full_rad_s =
       core::larger(0.1F, core::kTwoPi * control.speed_bandwidth_hz * resolution.rad_per_count);
-  loop.controller.assist =
-      core::make_assist_params(control.free_assist_nm, actuator.knob_coulomb_nm,
-                               actuator.brake_drag_nm, full_rad_s, resolution.rad_per_count,
-                               actuator.brake_drag_nm + actuator.brake_hysteresis_nm +
-                                   loop.controller.shaft.middle().brake_side.countered_nm);
+  loop.controller.assist = core::make_assist_params(
+      control.free_assist_nm, actuator.knob_coulomb_nm, actuator.brake_drag_nm, full_rad_s,
+      resolution.rad_per_count, actuator.brake_hysteresis_nm,
+      loop.controller.shaft.middle().brake_side.countered_nm);
   loop.controller.motor_lag = core::make_motor_lag(actuator.motor_time_constant_s, period_s);
   loop.controller.slew = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on

@@ -217,12 +217,15 @@ def _board(value: Mapping[str, float]) -> BoardConfig:
 
 def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
     at_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
-    return (*_springs(case, value, at_rad), *_extra(case, value.get("extra_share", 0.0), at_rad))
+    return (*_springs(case, value, at_rad), *_extra(case, value, at_rad))
 
 
-def _extra(case: Case, share: float, at_rad: float) -> tuple[Effect, ...]:
+def _extra(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
     """Give what comes to the scene; `play` does not warn of these dampers and this inertia."""
+    share = value.get("extra_share", 0.0)
     damping = share * 0.06
+    # A texture takes from detents what a weight leans on.
+    most_nm = 0.5 * value["limit_nm"] if case.scene == "detents" and case.hand != "thrown" else 0.1
     extras: dict[ExtraName, tuple[Effect, ...]] = {
         "nothing": (),
         "damper": (Damper(damping_nm_s_per_rad=damping),),
@@ -230,7 +233,11 @@ def _extra(case: Case, share: float, at_rad: float) -> tuple[Effect, ...]:
             Wall(angle_rad=at_rad, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=damping),
         ),
         "inertia": (Inertia(inertia_kg_m2=share * 2e-4),),
-        "texture": (Texture(grains_per_turn=min(500, case.counts // 8), torque_nm=share * 0.1),),
+        "texture": (
+            Texture(
+                grains_per_turn=min(500, case.counts // 8), torque_nm=share * min(most_nm, 0.1)
+            ),
+        ),
         "impact": (
             Impact(angle_rad=at_rad, strength_nm_s_per_rad=share, pulse_nm_s_per_rad=share),
         ),
