@@ -90,23 +90,37 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
   return bound_torque(state, asked_nm, timed_nm, delta_counts);
 }
 
+/// The shares of the law calibrated, with the drag that is cancelled by now.
+[[gnu::always_inline]] inline Shares share_sensed(const ControllerState& state,
+                                                  const PartitionParams& params, float desired_nm,
+                                                  float spring_nm) {
+  const float most_nm = state.bound.trust * (state.brake.coil_nm + state.bound.drag_nm);
+  return partition_by(Law::calibrated, params, desired_nm, clamp_number(spring_nm, most_nm));
+}
+
+/// The same in free air. Out of line, for a wall's tick shall not pay for it.
+[[gnu::noinline]] Shares share_free(ControllerState& state, const ControllerParams& params,
+                                    const Motion& motion, float spring_nm) {
+  state.bound.drag_nm = end_drag(state.bound.drag_nm, params.assist, motion.delta_rad);
+  Shares shares = share_sensed(state, params.partition, 0.0F, spring_nm);
+  shares.motor_command_nm =
+      clamp_number(shares.motor_command_nm + assist_torque(params.assist, motion.speed_rad_s),
+                   params.partition.motor_torque_max_nm);
+  return shares;
+}
+
 /// The shares of the law calibrated.
-/// @param steady_nm what the drag follows; 0 with virtual inertia
+/// @param steady whether the drag follows what is asked; with virtual inertia it does not
 [[gnu::always_inline]] inline Shares share_bounded(ControllerState& state,
                                                    const ControllerParams& params,
                                                    const Motion& motion, float desired_nm,
-                                                   float steady_nm, float spring_nm) {
+                                                   bool steady, float spring_nm) {
+  if (desired_nm == 0.0F) [[unlikely]]
+    return share_free(state, params, motion, spring_nm);
   float& drag_nm = state.bound.drag_nm;
-  drag_nm = follow_drag(drag_nm, params.assist, steady_nm, motion.delta_rad);
-  const float most_nm = state.bound.trust * (state.brake.coil_nm + drag_nm);
-  const float cancelled_nm = clamp_number(spring_nm, most_nm);
-  Shares shares = partition_by(Law::calibrated, params.partition, desired_nm, cancelled_nm);
-  if (desired_nm == 0.0F) [[unlikely]] {
-    shares.motor_command_nm =
-        clamp_number(shares.motor_command_nm + assist_torque(params.assist, motion.speed_rad_s),
-                     params.partition.motor_torque_max_nm);
-  }
-  return shares;
+  drag_nm = steady ? follow_drag(drag_nm, params.assist, desired_nm, motion.delta_rad)
+                   : end_drag(drag_nm, params.assist, motion.delta_rad);
+  return share_sensed(state, params.partition, desired_nm, spring_nm);
 }
 
 /// Adds the scene's impacts to the motor's share. The brake is too slow for a knock, and only now
@@ -143,7 +157,7 @@ struct Outcome {
                                                   const Motion& motion, float scene_nm, bool bent) {
   const float spring_nm = sense_known_brake(state, params, motion, bent);
   const float desired_nm = bound_torque(state, scene_nm, 0.0F, motion.delta_counts);
-  return {desired_nm, share_bounded(state, params, motion, desired_nm, desired_nm, spring_nm)};
+  return {desired_nm, share_bounded(state, params, motion, desired_nm, true, spring_nm)};
 }
 
 [[gnu::noinline]] Outcome run_full(ControllerState& state, const ControllerParams& params,
@@ -169,8 +183,7 @@ struct Outcome {
       in_time_nm += evaluate_timed(*plan.scene, state.scene, resolution, state.tick);
     }
     desired_nm = bound_all(state, params, desired_nm, in_time_nm, motion.delta_counts);
-    const float steady_nm = plan.inertia ? 0.0F : desired_nm;
-    shares = share_bounded(state, params, motion, desired_nm, steady_nm, spring_nm);
+    shares = share_bounded(state, params, motion, desired_nm, !plan.inertia, spring_nm);
     state.scene.inertia_share = state.bound.trust * state.bound.calm;
     // A flywheel may spin.
     if (plan.inertia) state.bound.looked_counts = state.bound.swing_counts;
