@@ -342,6 +342,11 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   return false;
 }
 
+/// Of two torques of one sign.
+constexpr float smaller_torque(float line_nm, float asked_nm) {
+  return absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
+}
+
 /// The way out leads straight back to where the line begins, however the way in was bent. Near
 /// where the knob was deepest it is as soft as the bound, for the knob may rest there. It gives no
 /// more energy than the way in took: with too little, the torque falls with a power of what is left
@@ -353,10 +358,10 @@ constexpr float way_out(BoundState& state, float spring_nm, float moved_counts) 
   const float share = moved_counts / state.line_counts;  // < 0
   const float chord_nm = (state.line_nm - state.begin_nm) * share;
   if (state.outer_counts != 0.0F) return chord_nm;
-  const float chord = 0.5F * absolute((state.line_nm + state.begin_nm) * state.line_counts);
+  const float gave_nm = smaller_torque(state.line_nm, state.asked_nm);
+  const float chord = 0.5F * absolute((gave_nm + state.begin_nm) * state.line_counts);
   if (chord <= kEnough * state.absorbed) return chord_nm;
-  const float power =
-      absolute(state.line_nm * state.line_counts) / larger(state.absorbed, 1e-9F) - 1.0F;
+  const float power = absolute(gave_nm * state.line_counts) / larger(state.absorbed, 1e-9F) - 1.0F;
   return state.line_nm * larger(power * share, -1.0F);
 }
 
@@ -390,11 +395,6 @@ constexpr void begin_line(BoundState& state, float before_nm) {
   }
   state.begin_nm = before_nm;
   state.line_counts = state.rest_counts = 0.0F;
-}
-
-/// Of two torques of one sign.
-constexpr float smaller_torque(float line_nm, float asked_nm) {
-  return absolute(line_nm) < absolute(asked_nm) ? line_nm : asked_nm;
 }
 
 /// Whether the knob is back where the line began, and the scene asks for no more than the bound

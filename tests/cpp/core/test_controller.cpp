@@ -209,8 +209,8 @@ TEST_CASE("the motor follows the inertia behind the brake no further than half t
                                          4e-5F, 1e-3F, 6e-3F);
   params.partition.law = core::Law::calibrated;
   params.partition.beta = 0.0F;  // no current: the brake holds its drag
-  params.bound.slope_nm_per_count = params.assist.drag_nm_per_rad = params.assist.drag_most_nm =
-      1.0F;
+  params.bound.slope_nm_per_count = params.assist.drag_nm_per_rad = 1.0F;
+  params.assist.drag_most_nm = 2e-3F + params.shaft.middle().brake_side.countered_nm;
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Constant{0.02F, {}};
   scene->active = 1;

@@ -351,7 +351,7 @@ TEST_CASE("hysteresis is a loop of torque over command, and leaves half its widt
 
 TEST_CASE("what helps along in free air grows with the speed, and stays below the friction") {
   const auto params = [](float wanted, float coulomb, float drag) {
-    return core::make_assist_params(wanted, coulomb, drag, 0.1F, 1e-3F, 0.0F);
+    return core::make_assist_params(wanted, coulomb, drag, 0.1F, 1e-3F, 0.0F, 0.0F);
   };
   const core::AssistParams assist = params(4e-3F, 6e-3F, 2e-3F);
   CHECK(core::assist_torque(assist, 0.0F) == 0.0F);
@@ -362,22 +362,24 @@ TEST_CASE("what helps along in free air grows with the speed, and stays below th
   CHECK(params(1.0F, 2e-3F, 10e-3F).most_nm == Approx(2e-3));
 }
 
-TEST_CASE("the motor takes the drag off with the way, and no more of it than the scene asks for") {
+TEST_CASE(
+    "the motor takes the drag off with the way: what the scene asks for and half the friction") {
   // 1.2 N m/rad, or a quarter of the friction in a count
   const core::AssistParams fine =
-      core::make_assist_params(0.0F, 6e-3F, 2e-3F, 0.1F, 0.25e-3F, 0.0F);
+      core::make_assist_params(0.0F, 6e-3F, 2e-3F, 0.1F, 0.25e-3F, 0.0F, 0.0F);
   CHECK(fine.drag_nm_per_rad == Approx(1.2));
   const core::AssistParams coarse =
-      core::make_assist_params(0.0F, 6e-3F, 4e-3F, 0.1F, 3e-3F, 5e-3F);
+      core::make_assist_params(0.0F, 6e-3F, 4e-3F, 0.1F, 3e-3F, 5e-3F, 1e-3F);
   CHECK(coarse.drag_nm_per_rad == Approx(0.5));
 
   CHECK(core::follow_drag(0.0F, coarse, 50e-3F, 0.0F) == 0.0F);
   CHECK(core::follow_drag(0.0F, coarse, -50e-3F, 6e-3F) == Approx(3e-3));
   CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, -3e-3F) == Approx(4.5e-3));
-  CHECK(core::follow_drag(3e-3F, coarse, 4e-3F, 1.0F) == 4e-3F);
-  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, 1.0F) == 5e-3F);  // that is all there is
-  CHECK(core::follow_drag(4e-3F, coarse, 0.0F, 3e-3F) == Approx(2.5e-3));
-  CHECK(core::follow_drag(1e-3F, coarse, 0.0F, -3e-3F) == 0.0F);
+  CHECK(core::follow_drag(3e-3F, coarse, 4e-3F, 1.0F) == Approx(7e-3));
+  // Three fifths of drag, hysteresis and friction, and what the inertia adds.
+  CHECK(core::follow_drag(3e-3F, coarse, 50e-3F, 1.0F) == Approx(10e-3));
+  CHECK(core::end_drag(4e-3F, coarse, 3e-3F) == Approx(2.5e-3));
+  CHECK(core::end_drag(1e-3F, coarse, -3e-3F) == 0.0F);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   CHECK(core::follow_drag(1e-3F, coarse, nan, 6e-3F) == Approx(4e-3));
   CHECK(core::follow_drag(1e-3F, coarse, std::numeric_limits<float>::infinity(), 6e-3F) ==
