@@ -123,13 +123,18 @@ constexpr AssistParams make_assist_params(float wanted_nm, float knob_coulomb_nm
           0.5F * knob_coulomb_nm};
 }
 
+/// How much of the cancelled drag comes or goes with the knob's way.
+constexpr float drag_step(const AssistParams& params, float delta_rad) {
+  return params.drag_nm_per_rad * absolute(delta_rad);
+}
+
 /// How much of the brake's drag the motor cancels. It follows the scene's torque with the knob's
 /// way: a motor that leaps at a wall's edge keeps the knob there in motion. Once the knob has moved
 /// it exceeds what the scene asks for by half the friction at most.
 /// @param drag_nm at the last tick, >= 0
 constexpr float follow_drag(float drag_nm, const AssistParams& params, float desired_nm,
                             float delta_rad) {
-  const float way_nm = params.drag_nm_per_rad * absolute(delta_rad);
+  const float way_nm = drag_step(params, delta_rad);
   // In this order a torque that is not finite does not stay.
   const float most_nm =
       smaller_number(params.drag_most_nm, absolute(desired_nm) + params.drag_more_nm);
@@ -138,7 +143,7 @@ constexpr float follow_drag(float drag_nm, const AssistParams& params, float des
 
 /// The same where the scene asks for nothing: it ends.
 constexpr float end_drag(float drag_nm, const AssistParams& params, float delta_rad) {
-  return larger(drag_nm - params.drag_nm_per_rad * absolute(delta_rad), 0.0F);
+  return larger(drag_nm - drag_step(params, delta_rad), 0.0F);
 }
 
 /// What is added where the scene asks for nothing: help along a turning knob.

@@ -82,7 +82,7 @@ def test_device_that_is_told_the_truth_hardly_ever_counts_a_swing() -> None:
             knob.record(2.5)
             counts.append(knob.health().unexpected_swings)
     assert len(counts) == 90
-    assert np.count_nonzero(counts) <= 1, counts
+    assert np.count_nonzero(counts) <= 2, counts
 
 
 def test_study_goes_on_from_its_results_and_writes_the_documented_keys(tmp_path: Path) -> None:

@@ -243,9 +243,7 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
     for name in ("tracking_out", "torque_gap_nm", "soft_torque_gap_nm", "sensor_rms_nm"):
         assert calibrated[name] < 0.7 * unknown[name]
         assert light[name] < 1.3 * calibrated[name]
-        # Near a soft wall's edge the motor cancels no more drag than the wall asks for.
-        most = 2.1 if name == "soft_torque_gap_nm" else 1.1
-        assert max(calibrated[name], measured[name]) < most * aims["aims"][name]
+        assert max(calibrated[name], measured[name]) < 1.15 * aims["aims"][name]
     # 10 % hysteresis that no law knows is itself the error: 11 of 75 mN m.
     assert unknown["imperfect_tracking_out"] == pytest.approx(11.0 / 75.0, rel=0.1)
     for told in (calibrated, measured):
@@ -263,10 +261,10 @@ def test_exits_are_as_good_at_other_places_within_a_count(results: dict[str, Any
     for speed in (0.1, 0.25, 0.6):
         assert worst[speed]["tracking_out"] < 0.6e-2
         assert worst[speed]["torque_gap_nm"] < 1.2e-3
-        assert worst[speed]["sensor_rms_nm"] < results["aims"]["aims"]["sensor_rms_nm"]
+        assert worst[speed]["sensor_rms_nm"] < 1.15 * results["aims"]["aims"]["sensor_rms_nm"]
     # The brake has no time to let go.
-    assert 0.6e-2 < worst[1.0]["tracking_out"] < 1.5e-2
-    assert 1.2e-3 < worst[1.0]["torque_gap_nm"] < 4.5e-3
+    assert 0.6e-2 < worst[1.0]["tracking_out"] < 1e-2
+    assert 1.2e-3 < worst[1.0]["torque_gap_nm"] < 2e-3
     places, row = results["aims"]["worst_places"], results["aims"]["rows"][2]
     assert row["slowest_exit_s"] <= places["slowest_exit_s"] < 1.05 * row["slowest_exit_s"]
     assert row["drag_nm"] <= places["drag_nm"] < results["aims"]["aims"]["drag_nm"]

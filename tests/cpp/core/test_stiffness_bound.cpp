@@ -6,7 +6,9 @@
 #include <array>
 #include <initializer_list>
 #include <limits>
+#include <random>
 #include <utility>
+#include <vector>
 
 #include "core/controller.hpp"
 #include "core/stiffness_bound.hpp"
@@ -154,6 +156,79 @@ TEST_CASE("what is steep again behind a plateau is bounded from there") {
     CHECK(bench.step(-sign * 0.09, sign) == Approx(-sign * 0.04));
     CHECK(bench.state.bounded);
   }
+}
+
+TEST_CASE("a scene with steps or grains behind an edge gives back no more work than it took") {
+  std::mt19937 random(1);
+  const auto pick = [&random](double least, double most) {
+    return least + (most - least) * static_cast<double>(random()) / 4294967296.0;
+  };
+  for (int trial = 0; trial < 2000; ++trial) {
+    constexpr int kDeep = 600;
+    const double most_nm = pick(5e-3, 0.1);
+    const double rough = pick(0.0, 1.0);
+    const double grain = pick(5.0, 150.0);
+    const bool steps = random() % 2 == 0;
+    std::vector<double> heights(kDeep / 5 + 3);
+    for (double& height : heights) height = pick(0.0, 1.0);
+    std::vector<double> asked_nm(kDeep + 1, 0.0);
+    for (int n = 1; n <= kDeep; ++n) {
+      const auto place = static_cast<std::size_t>(n / grain);
+      const double part = steps ? 0.0 : n / grain - static_cast<double>(place);
+      const double height = (1.0 - part) * heights[place] + part * heights[place + 1];
+      asked_nm[static_cast<std::size_t>(n)] = -most_nm * (1.0 - rough + rough * height) - 1e-4;
+    }
+    BoundBench bench;
+    bench.state.params.buzz_ticks = 0;  // no swing is one
+    const float shares[] = {1.0F / 64, 1.0F / 16, 0.25F, 1.0F};
+    set_share(bench.state, shares[random() % 4]);
+    int at = 0;
+    double given_nm = 0.0;
+    double work_nm_counts = 0.0;
+    const auto go = [&](int to) {
+      while (at != to) {
+        const int way = to > at ? 1 : -1;
+        at += way;
+        const double now_nm =
+            bench.step(at > 0 ? asked_nm[static_cast<std::size_t>(at)] : 0.0, way);
+        work_nm_counts += 0.5 * (given_nm + now_nm) * way;
+        given_nm = now_nm;
+      }
+    };
+    for (int visit = 0; visit < 3; ++visit) {
+      for (std::uint32_t turn = random() % 4 + 1; turn > 0; --turn) {
+        go(1 + static_cast<int>(random() % (kDeep - 1)));
+      }
+      go(-1);
+      CHECK(work_nm_counts < 1e-3 * most_nm * kDeep);
+    }
+  }
+}
+
+TEST_CASE("slow swings that go on evenly cost the trust, and an uneven one gives it back") {
+  BoundBench bench;
+  const auto slow_swing = [&bench](int counts, int sign) {
+    for (int n = 0; n < 300; ++n) bench.step(0.0, 0);
+    bench.swing(counts, sign);
+  };
+  int sign = 1;
+  for (int n = 0; n < 16; ++n, sign = -sign) slow_swing(50, sign);
+  CHECK(bench.state.trust == 1.0F);
+  for (int n = 0; n < 4; ++n, sign = -sign) slow_swing(50, sign);
+  CHECK(bench.state.trust < 0.4F);
+  for (int n = 0; n < 3; ++n, sign = -sign) slow_swing(80, sign);
+  CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("virtual inertia that makes a creeping count flicker is taken back until a wide swing") {
+  BoundBench bench;
+  bench.state.params.flicker_ticks = 1000;
+  for (int n = 0; n < 60; ++n) bench.step(0.0, n % 5 < 3 ? 1 : -1);  // two to and fro, one on
+  CHECK(bench.state.calm < 1.0F);
+  CHECK(bench.state.trust == 1.0F);
+  bench.swing(20, 1);
+  bench.swing(20, -1);
+  CHECK(bench.state.calm == 1.0F);
 }
 
 TEST_CASE("what changes in time passes whole, bounded or not") {

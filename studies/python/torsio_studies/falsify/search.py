@@ -31,9 +31,8 @@ DRIVEN_W: Final = 1e-5
 _RATE_HZ: Final = 2500  # at which a window is looked at
 _LOOK_S, _WINDOW_S = 0.1, 0.2
 _FIRST_S, _CONFIRMED_S = 1.8, 6.0  # after which the window begins
-_SLID_S: Final = 150.0  # the same, for a knob that was flung far and slides back
+_LASTED_S: Final = 150.0  # by when a knob that was flung far is back, and a wide swing has died
 _RESTING_RAD, _RESTING_SHARE = 1e-6, 1e-2  # a knob that moves and sounds by less stays at rest
-_SLIDING_SHARE: Final = 0.2
 _NEARLY_NM: Final = 1e-5
 _CONSTANT: Final = ("angle_rad", "brake_angle_rad", "motor_command_nm", "brake_command_nm")
 _SLOW: Final = 1e-2
@@ -54,15 +53,12 @@ class Motion:
         Root of the mean square of the motor's torque above 20 Hz.
     before_rad
         The swing at a third of the time before the window.
-    back_rad
-        How far it goes against its way; 0 of a knob that slides one way.
     """
 
     swing_rad: float
     work_w: float
     loud_nm: float
     before_rad: float
-    back_rad: float
 
 
 def measure(options: Sequence[LoopOptions], after_s: float = _FIRST_S) -> list[Motion]:
@@ -98,7 +94,6 @@ def _measure(options: LoopOptions, after_s: float) -> Motion:
         work_w=float(np.sum(torque[:-1] * steps)) * _RATE_HZ / len(rows),
         loud_nm=float(vibration_nm(torque[:, None], _RATE_HZ)[0]),
         before_rad=before_rad or 0.0,
-        back_rad=float(0.5 * (np.sum(np.abs(steps)) - abs(np.sum(steps)))),
     )
 
 
@@ -155,14 +150,13 @@ def breaks(case: Case, motion: Motion) -> bool:
 
 
 def confirm(case: Case, options: LoopOptions) -> Motion:
-    """Measure again, after longer.
+    """Measure again, after longer; what breaks the law still, once more.
 
-    A scene that asks for more than friction moves the knob, such as a curve that goes on at its
-    end. So a knob that slides one way may take until it comes to where it rests.
+    A knob that was flung far may slide back for long, or swing widely until friction has stopped
+    it.
     """
     motion = _measure(options, _CONFIRMED_S)
-    slides = motion.back_rad < _SLIDING_SHARE * motion.swing_rad
-    return _measure(options, _SLID_S) if slides and breaks(case, motion) else motion
+    return _measure(options, _LASTED_S) if breaks(case, motion) else motion
 
 
 def _cost(case: Case, motion: Motion) -> float:
