@@ -109,7 +109,7 @@ struct BoundState {
   std::uint32_t ring_tick = 0;  // of the last one
 };
 
-/// The same energy, but for rounding.
+/// Two energies are equal if they differ by less: they are rounded.
 inline constexpr float kEnough = 1.01F;
 
 /// Compares with nothing.
@@ -295,6 +295,19 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
   if (state.rings == kRings + kUnexpected && soft) ++state.unexpected_swings;
 }
 
+/// A wide swing without a flicker gives virtual inertia back.
+constexpr void calm_down(BoundState& state, std::int32_t width_counts) {
+  if (width_counts > kNarrowCounts && state.flickers < kFlickers) state.calm = 1.0F;
+}
+
+/// Swings as slow as a hand's cost trust if they go on evenly.
+constexpr void judge_slow_swing(BoundState& state, std::uint32_t now, std::int32_t width_counts,
+                                bool smaller_now) {
+  const bool wider_now = width_counts * 7 > (state.widest_counts + 1) * 8;
+  state.even_swings = smaller_now || wider_now ? 0 : state.even_swings + 1;
+  if (swings_evenly(state, now)) distrust(state);
+}
+
 /// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
 /// shorter than a hand's and hardly smaller than those before has regained from the device what
 /// friction took. So the bound goes down, and with it the motor's part of the spring. In the end
@@ -307,7 +320,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   const bool slow = is_slower(state, now, state.params.slow_ticks);
   const bool by_hand = begin_touch(state, now);
   const std::int32_t width = state.swing_counts;
-  if (width > kNarrowCounts && state.flickers < kFlickers) state.calm = 1.0F;
+  calm_down(state, width);
   state.turned_tick = now;
   state.way = -state.way;
   state.swing_counts -= state.gone_counts;
@@ -318,9 +331,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   state.flickered = false;
   // A swing may look a count wider or narrower than it is.
   const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
-  const bool wider_now = width * 7 > (state.widest_counts + 1) * 8;
-  if (slow) state.even_swings = smaller_now || wider_now ? 0 : state.even_swings + 1;
-  if (slow && swings_evenly(state, now)) distrust(state);
+  if (slow) judge_slow_swing(state, now, width, smaller_now);
   if (slow || (smaller_now && ++state.fading >= kFading)) {
     state.swings = state.fading = 0;
     state.widest_counts = width;
@@ -372,11 +383,21 @@ constexpr void nest(BoundState& state) {
 }
 
 /// The outermost line goes on where an inner one ends.
-constexpr void unnest(BoundState& state) {
+/// @returns whether there is one
+constexpr bool unnest(BoundState& state) {
+  if (state.outer_counts == 0.0F) return false;
   state.begin_nm = state.outer_begin_nm;
   state.line_counts += state.outer_counts;
   state.rest_counts = absolute(state.line_counts);
   state.outer_counts = 0.0F;
+  return true;
+}
+
+/// Where the scene's torque changes its sign all begins anew.
+constexpr void cross_zero(BoundState& state, float before_nm, float asked_nm) {
+  if (!(before_nm * asked_nm < 0.0F)) return;  // NaN changes none
+  state.begin_nm = state.line_counts = state.rest_counts = 0.0F;
+  state.outer_counts = state.absorbed = 0.0F;
 }
 
 /// Whether the line goes on. Where the scene is steep again it begins anew, if it is beyond.
@@ -433,18 +454,12 @@ constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, floa
   state.absorbed -= timed_nm * (state.outer_counts + state.line_counts);
   state.line_counts += moved_counts;
   state.rest_counts = larger(state.rest_counts, absolute(state.line_counts));
-  bool is_over = ends(state, asked_nm, line_nm + timed_nm, moved_counts);
+  const bool is_back = ends(state, asked_nm, line_nm + timed_nm, moved_counts);
   line_nm += timed_nm + way_nm;
-  if (is_over && state.outer_counts != 0.0F) {
-    line_nm = state.begin_nm;
-    unnest(state);
-    is_over = false;
-  }
+  if (is_back) line_nm = state.begin_nm;
+  const bool is_over = is_back && !unnest(state);
   if (line_nm * asked_nm <= 0.0F) line_nm = 0.0F;
-  if (before_nm * asked_nm < 0.0F) {
-    state.begin_nm = state.line_counts = state.rest_counts = 0.0F;
-    state.outer_counts = state.absorbed = 0.0F;
-  }
+  cross_zero(state, before_nm, asked_nm);
   // A torque that is not finite is a fault. The bound must not keep it.
   if (is_over || !is_finite(asked_nm + line_nm)) line_nm = asked_nm;
   const float given_nm = smaller_torque(line_nm, asked_nm);

@@ -56,7 +56,7 @@ BOARDS: Final = {
             "compensated": 2,
             "parallel": 0,
             "motor_only": -1,
-            "calibrated": 83,
+            "calibrated": 81,
         },
         effects={
             "Wall": 37,
@@ -84,7 +84,7 @@ BOARDS: Final = {
             "compensated": 60,
             "parallel": 193,
             "motor_only": -165,
-            "calibrated": 2338,
+            "calibrated": 2292,
         },
         effects={
             "Wall": 954,
