@@ -162,7 +162,9 @@ def test_weight_falls_through_a_wall_whose_damper_is_warned_of_whatever_the_law(
             knob.sleep(2.0)
             knob.emulator.truth()
             knob.sleep(0.3)
-            assert (np.ptp(knob.emulator.truth()["angle_rad"]) > 1e-2) == falls
+            angle_rad = knob.emulator.truth()["angle_rad"]
+            # Some inertia comes to rest in the end, half a turn further than where it may.
+            assert (np.ptp(angle_rad) > 1e-2 or angle_rad.max() > 0.05 + math.pi) == falls
 
 
 def test_place_does_not_matter_but_what_is_there() -> None:
