@@ -242,11 +242,16 @@ def worst(
 
 
 def _worst_left(variant: Variant, places: int) -> Results:
-    """Give the worst exit after a cut, and the worst drag, of places within a count."""
+    """Give the worst exit after a cut, drag, and gap in a soft wall, of places within a count."""
     each = [place / places for place in range(places)]
     left = [row for place in each for row in _exits(variant, place)]
     drag_nm = max(_drag_nm(variant, place) for place in each)
-    return {"slowest_exit_s": _slowest_s(left), "drag_nm": drag_nm}
+    soft = [_push(variant, SOFT_WALL, _plant(variant, place)).torque_gap_nm for place in each]
+    return {
+        "slowest_exit_s": _slowest_s(left),
+        "drag_nm": drag_nm,
+        "soft_torque_gap_nm": max(soft),
+    }
 
 
 def _wrong_belief(variant: Variant, belief: str, places: int) -> Results:
