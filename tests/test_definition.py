@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -77,6 +80,26 @@ def test_printed_file_is_what_the_field_lists_print(file: str) -> None:
     # Not compared by assert, which would print both in full.
     if (TREE / file).read_text(encoding="utf-8") != generate.made(file):
         pytest.fail(f"{file} is not what the field lists print; run ./dev generate", pytrace=False)
+
+
+def test_law_and_effect_whose_costs_nobody_has_measured_are_printed(tmp_path: Path) -> None:
+    for folder in ("firmware/protocol", "emulator/definition", "tools", "docs"):
+        shutil.copytree(TREE / folder, tmp_path / folder)
+    for file in generate.contents:
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(TREE / file, tmp_path / file)
+    for name, place, text in (
+        ("enumerations", '    Value("calibrated"', '    Value("trial", "a trial"),\n'),
+        ("effects", "EFFECTS = (", 'TRIAL = _effect(0x2D, "Trial", "A trial.", TORQUE_LIMIT)\n'),
+        ("effects", "    CURVE, IMPACT,", "    TRIAL,\n"),
+    ):
+        path = tmp_path / f"firmware/protocol/definition/{name}.py"
+        old = path.read_text(encoding="utf-8")
+        assert old.count(place) == 1
+        path.write_text(old.replace(place, text + place), encoding="utf-8")
+    run = [sys.executable, "-m", "tools.definition.generate"]
+    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "written: bindings/python/torsio/printed/scenes.py" in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from firmware.protocol.definition import costs
 from torsio import perception, stability
 from torsio.apps.cli import app
 from torsio.closed_loop import LoopOptions, simulate
+from torsio.printed.board_costs import BOARDS
 from torsio.printed.config import ControlConfig, Law
 from torsio.trading import Trade, answers
 from torsio.trading import extremes as stretching
@@ -362,6 +363,18 @@ def test_instructions_of_many_walls_are_as_they_were_counted() -> None:
             counted = costs.INSTRUCTIONS[board.board][scene]
             assert board.instructions == pytest.approx(counted, rel=0.03)
             assert board.share == board.time_ns / 1e6
+
+
+def test_law_and_effect_that_nobody_has_counted_cost_as_much_as_the_most_costly(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    impact = torsio.Impact(strength_nm_s_per_rad=0.01)
+    most = board_shares(impact, ControlConfig(law="calibrated"))[0]
+    in_air = board_shares(None, ControlConfig(law="calibrated"))[0]
+    monkeypatch.delitem(BOARDS["pico2"].effects, "Wall")
+    monkeypatch.delitem(BOARDS["pico2"].laws, "motor_only")
+    assert board_shares(WALL, MOTOR_ONLY)[0] == most
+    assert board_shares(None, MOTOR_ONLY)[0] == in_air
 
 
 def test_rows_cost_what_their_law_and_rate_cost(walled: Trade) -> None:

@@ -49,9 +49,9 @@ class BoardCost:
     law
         That the law adds as soon as an effect plays.
     laws
-        That each other law than "paper" adds to that.
+        That each law adds to that, if it was counted.
     effects
-        That each effect adds, by the name of its class.
+        That each effect adds, by the name of its class, if it was counted.
     """
 
     period_ns: int
@@ -294,8 +294,16 @@ def python_board_costs() -> str:
     for board, counted in costs.INSTRUCTIONS.items():
         empty, one, two = (counted[f"walls {count}"] for count in range(3))
         law = (one - empty) - (two - one)
-        laws = {of.name: counted[f"walls, {of.name} 1"] - one for of in e.LAW.values[1:]}
-        each = {of.name: counted[f"{of.snake} 1"] - empty - law for of in effects.EFFECTS}
+        laws = {
+            of.name: counted[key] - one
+            for of in e.LAW.values
+            if (key := f"walls, {of.name} 1" if of.name != "paper" else "walls 1") in counted
+        }
+        each = {
+            of.name: counted[key] - empty - law
+            for of in effects.EFFECTS
+            if (key := f"{of.snake} 1") in counted
+        }
         time = costs.TIMES_NS[board]
         boards += (
             f'    "{board}": BoardCost(\n'

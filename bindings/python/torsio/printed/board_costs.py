@@ -31,9 +31,9 @@ class BoardCost:
     law
         That the law adds as soon as an effect plays.
     laws
-        That each other law than "paper" adds to that.
+        That each law adds to that, if it was counted.
     effects
-        That each effect adds, by the name of its class.
+        That each effect adds, by the name of its class, if it was counted.
     """
 
     period_ns: int
@@ -53,6 +53,7 @@ BOARDS: Final = {
         empty=171,
         law=26,
         laws={
+            "paper": 0,
             "compensated": 2,
             "parallel": 0,
             "motor_only": -1,
@@ -81,6 +82,7 @@ BOARDS: Final = {
         empty=1836,
         law=515,
         laws={
+            "paper": 0,
             "compensated": 60,
             "parallel": 193,
             "motor_only": -165,

@@ -159,20 +159,26 @@ class Trade(checks.ShortRepr):
         return pasteable(self.options)
 
 
+def _counted(name: str, costs: dict[str, int]) -> str:
+    return name if name in costs else max(costs, key=costs.__getitem__)
+
+
 def board_shares(
     scene: Scene | None, control: ControlConfig, period_ns: float | None = None
 ) -> tuple[BoardShare, ...]:
     """Give what a tick costs on each board while every effect of the scene plays.
 
-    Without a period the board's own one counts.
+    Without a period the board's own one counts. A law or effect that nobody has counted costs as
+    much as the most costly one.
     """
     effects = effects_of(scene)
     shares = []
     for board, cost in BOARDS.items():
-        more = sum(cost.effects[type(effect).__name__] for effect in effects)
+        law = _counted(control.law, cost.laws)
+        more = sum(cost.effects[_counted(type(of).__name__, cost.effects)] for of in effects)
         more += cost.law if effects else 0
-        if effects or control.law == "calibrated":  # which works in free air too
-            more += cost.laws.get(control.law, 0)
+        if effects or law == "calibrated":  # which works in free air too
+            more += cost.laws[law]
         time_ns = cost.empty_ns + more * cost.instruction_ns
         share = time_ns / (period_ns or cost.period_ns)
         shares.append(BoardShare(board, cost.empty + more, time_ns, share))
