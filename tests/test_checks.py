@@ -52,6 +52,7 @@ def layered(tmp_path_factory: pytest.TempPathFactory) -> LayeredTree:
         ("sdk/include/torsio/planted.hpp", '#include "protocol/reports.hpp"'),
         ("sdk/src/hid_transport.cpp", '#include "emulator/plant/plant.hpp"'),
         ("sdk/src/planted.cpp", "#include PLANTED"),
+        ("sdk/src/link.hpp", '#include "requests.hpp"'),
         ("examples/game/planted.cpp", '#include "torsio/knob.hpp"'),
     ],
 )

@@ -52,6 +52,12 @@ WITH_GUESTS = ("device/device.hpp", "device/control_loop.hpp")
 FIRMWARE = ("core", "protocol", "device", "emulator")
 STUDIES = ("actuators", "narrow", "steppers", "wide")
 
+# Of the SDK, as docs/explanation/architecture.md lists them: each includes only those before it.
+PARTS = (
+    *("link", "arming", "event_feed", "device_state", "requests", "sample_feed", "session"),
+    *("scene_player", "telemetry_stream", "swing_warnings", "knob_impl"),
+)
+
 # The first rule whose folder (or file) matches decides, so that exceptions come before the rule.
 RULES = (
     Rule(
@@ -348,8 +354,15 @@ def rule_for(file: str) -> Rule | None:
     return None
 
 
+def _is_later_part(including: Path, name: str) -> bool:
+    part, other = including.stem, Path(name).stem
+    return {part, other} <= {*PARTS} and PARTS.index(part) < PARTS.index(other)
+
+
 def _may_quote(rule: Rule, including: Path, name: str) -> bool:
     """Tell whether a file may include one of the tree's own by this name."""
+    if _is_later_part(including, name):
+        return False
     # Made from a file beside the including one.
     beside = (including.parent / name, including.parent / name.removesuffix(".h"))
     if "/" not in name and any(path.exists() for path in beside):
