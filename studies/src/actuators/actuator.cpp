@@ -33,6 +33,24 @@ MachineCommand both_ways(double motor_nm, double brake_nm) {
           .brake_backward_command_nm = brake_nm};
 }
 
+/// A brake alone, which cannot push.
+MachineCommand resist(double desired_nm, bool helps) {
+  return both_ways(0.0, helps ? std::abs(desired_nm) : 0.0);
+}
+
+/// The motor gives what the spring does not. With nothing wanted it cancels the drag that the
+/// spring shows.
+MachineCommand fill_in(double desired_nm, double spring_nm) {
+  return desired_nm * spring_nm >= 0.0 ? both_ways(desired_nm - spring_nm, std::abs(desired_nm))
+                                       : both_ways(desired_nm, 0.0);
+}
+
+/// Of two brakes the one that resists.
+MachineCommand one_way(MachineCommand command, double desired_nm) {
+  (desired_nm < 0.0 ? command.brake_backward_command_nm : command.brake_forward_command_nm) = 0.0;
+  return command;
+}
+
 std::optional<protocol::Law> device_law(Kind kind) {
   switch (kind) {
     case Kind::soft_sensor_paper:
@@ -182,6 +200,8 @@ LawOf::LawOf(Kind kind, const Parts& parts, const Environment& environment,
 /// Two counts, so that a hand at rest on the border between two counts is no motion.
 void LawOf::notice_direction(std::int64_t counts) {
   constexpr std::int64_t least_counts = 2;
+  if (!primed_) extreme_counts_ = counts;
+  primed_ = true;
   const std::int64_t moved = counts - extreme_counts_;
   if (moved * direction_ <= 0) {
     if (std::abs(moved) < least_counts) return;
@@ -217,6 +237,20 @@ MachineCommand LawOf::control(std::int64_t counts) {
   return both_ways(out.motor_command_nm, out.brake_command_nm);
 }
 
+/// The hand presses harder than the torque that is wanted: the knob is about to go in.
+bool LawOf::goes_in(const Senses& senses) const {
+  const double desired_nm = senses.desired_torque_nm;
+  return -sign(desired_nm) * senses.hand_torque_nm >
+         std::abs(desired_nm) + parts_.sensor_threshold_nm;
+}
+
+/// A clutch on a source that turns.
+MachineCommand LawOf::drive(double desired_nm) const {
+  MachineCommand command = both_ways(0.0, std::abs(desired_nm));
+  command.source_speed_rad_s = sign(desired_nm) * parts_.source_speed_rad_s;
+  return command;
+}
+
 /// While the hand presses, the brake answers at once and the motor takes over by and by; otherwise
 /// the motor gives all.
 MachineCommand LawOf::hand_over(double desired_nm, bool pressing) {
@@ -229,60 +263,36 @@ MachineCommand LawOf::hand_over(double desired_nm, bool pressing) {
 
 MachineCommand LawOf::operator()(const Senses& senses) {
   if (setup_) return control(senses.knob_counts);
-  if (!primed_) {
-    extreme_counts_ = senses.knob_counts;
-    primed_ = true;
-  }
   notice_direction(senses.knob_counts);
   const double desired = senses.desired_torque_nm;
   const bool pressing = desired * direction_ < 0.0;
   // Torque of the spring on the knob, from two encoders.
   const double spring = -parts_.soft_spring_nm_per_rad * rad_per_count_ *
                         static_cast<double>(senses.knob_counts - senses.far_counts);
-  MachineCommand command;
   switch (kind_) {
     case Kind::motor_only:
-      command = both_ways(desired, 0.0);
-      break;
+      return both_ways(desired, 0.0);
     case Kind::brake_only:
-      command = both_ways(0.0, pressing ? std::abs(desired) : 0.0);
-      break;
+      return resist(desired, pressing);
     case Kind::parallel:
-      command = share(desired, pressing);
-      break;
+      return share(desired, pressing);
     case Kind::parallel_torque_sensor:
-      // Pressing harder than the torque that is wanted: the knob is about to go in.
-      command = share(desired, -sign(desired) * senses.hand_torque_nm >
-                                   std::abs(desired) + parts_.sensor_threshold_nm);
-      break;
+      return share(desired, goes_in(senses));
     case Kind::series_elastic_motor:
-      command = both_ways(desired + parts_.force_gain * (desired - spring), 0.0);
-      break;
+      return both_ways(desired + parts_.force_gain * (desired - spring), 0.0);
     case Kind::series_elastic_brake:
-      command = both_ways(0.0, desired * spring >= 0.0 ? std::abs(desired) : 0.0);
-      break;
+      return resist(desired, desired * spring >= 0.0);
     case Kind::differential_clutch:
-      command = both_ways(0.0, std::abs(desired));
-      command.source_speed_rad_s = sign(desired) * parts_.source_speed_rad_s;
-      break;
+      return drive(desired);
     case Kind::soft_spring:
-      // With nothing wanted the motor cancels the drag that the spring shows.
-      command = desired * spring >= 0.0 ? both_ways(desired - spring, std::abs(desired))
-                                        : both_ways(desired, 0.0);
-      break;
-    case Kind::soft_sensor_paper:
-    case Kind::soft_sensor_compensated:
-    case Kind::soft_sensor_calibrated:
-      break;  // control()
+      return fill_in(desired, spring);
     case Kind::one_way_brakes:
-      command = share(desired, pressing);
-      (desired < 0.0 ? command.brake_backward_command_nm : command.brake_forward_command_nm) = 0.0;
-      break;
+      return one_way(share(desired, pressing), desired);
     case Kind::transfer_function:
-      command = hand_over(desired, pressing);
-      break;
+      return hand_over(desired, pressing);
+    default:
+      throw std::logic_error("this actuator has no law");
   }
-  return command;
 }
 
 double LawOf::motor_load_nm(const MachineState& state) const {

@@ -105,6 +105,8 @@ class LawOf {
   void notice_direction(std::int64_t counts);
   [[nodiscard]] double model_brake(double command_nm);
   [[nodiscard]] MachineCommand share(double desired_nm, bool pressing);
+  [[nodiscard]] bool goes_in(const Senses& senses) const;
+  [[nodiscard]] MachineCommand drive(double desired_nm) const;
   [[nodiscard]] MachineCommand control(std::int64_t counts);
   [[nodiscard]] MachineCommand hand_over(double desired_nm, bool pressing);
 
