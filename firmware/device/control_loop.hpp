@@ -148,7 +148,7 @@ struct Faults {
   bool latch(std::uint32_t now, Phase phase);
 };
 
-/// Control loop and main loop exchange these.
+/// What the control loop tells the main loop, and `barred`. Orders have a ring of their own.
 struct Mailbox {
   // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed. So
   // the device cannot arm between the question and the act that needs it disarmed.
