@@ -51,7 +51,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
             board.result()
         elif with_machines:
             sources.require()
-        if name not in ("mcu", "configuration"):
+        if name not in ("mcu", "change"):
             tinyusb = sources.offer()
             if not on_boards:
                 building.build_preset("release", tinyusb)
