@@ -1,5 +1,7 @@
 #include "core/controller.hpp"
 
+#include "core/swings.hpp"
+
 namespace torsio::core {
 namespace {
 

@@ -1,0 +1,250 @@
+/// @file
+/// What the bound learns from the knob's motion: its swings, flickers and spins, and a sensor that
+/// rings, take from share and trust. A hand gives them back (docs/explanation/theory.md, "Bounded
+/// stiffness").
+#pragma once
+
+#include <cstdint>
+
+#include "core/math.hpp"
+#include "core/motion.hpp"
+#include "core/stiffness_bound.hpp"
+
+namespace torsio::core {
+
+/// Share of the stable stiffness: no swing lasts where the torque rises no more steeply along the
+/// swing, unless the device has wrong values.
+inline constexpr float kSoft = 1.0F / 3;
+
+/// More than a turn, and few enough to be multiplied by 8.
+inline constexpr std::int32_t kManyCounts = 1 << 27;
+
+/// A swing of no more than this may hide a turn from the encoder, and so seem to last.
+inline constexpr std::int32_t kNarrowCounts = 6;
+
+/// So many swings in a row that get smaller are a swing that dies. A lasting one may be wide and
+/// narrow by turns.
+inline constexpr std::uint32_t kFading = 6;
+
+/// So many slow swings in a row that did not get smaller and no hand makes them.
+inline constexpr std::uint32_t kEven = 16;
+
+/// So many swings in a row that did not get smaller come from no push.
+inline constexpr std::uint32_t kUnexpected = 4;
+
+/// So many changes of the count in a row are a flicker and no step of a hand.
+inline constexpr std::uint32_t kFlickers = 8;
+
+/// So many changes of the count to and fro, less the counts that the knob went on, and virtual
+/// inertia drives it.
+inline constexpr std::int32_t kRattles = 8;
+
+/// So many changes of side in a row and the sensor rings.
+inline constexpr std::uint32_t kRings = 8;
+
+/// Takes off so much that a swing loses, and not all of what a hand feels.
+constexpr void soften(BoundState& state, float least_share) {
+  set_share(state, smaller(state.share, larger(0.6F * state.share, least_share)));
+}
+
+constexpr void distrust(BoundState& state) {
+  state.trust = larger(0.6F * state.trust, state.params.least_share);
+}
+
+/// Follows the swing that goes on.
+/// @returns whether it goes back: then judge_swing()
+constexpr bool follow_swing(BoundState& state, std::int32_t delta_counts) {
+  state.gone_counts += state.way * delta_counts;
+  if (state.gone_counts > state.swing_counts) [[likely]] {
+    state.swing_counts = state.gone_counts;
+    return false;
+  }
+  return delta_counts != 0;
+}
+
+/// Whether the swing that goes on takes longer. A knob that rested in it was not moved by a hand.
+constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32_t ticks) {
+  const bool narrow = state.swing_counts <= kNarrowCounts;
+  if (narrow && state.flickered) return false;
+  return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
+}
+
+/// Whether the knob swings as slowly as a hand would, but on and on. One that rests or goes on one
+/// way for long has done with it.
+constexpr bool swings_evenly(const BoundState& state, std::uint32_t now) {
+  return state.even_swings >= kEven && now - state.turned_tick < 10 * state.params.slow_ticks;
+}
+
+/// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
+/// knob's own is as slow.
+/// @returns whether it was a hand's
+constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
+  if (!is_slower(state, now, state.params.buzz_ticks)) return false;
+  set_share(state, most_share(state));
+  if (is_slower(state, now, state.params.slow_ticks) && !swings_evenly(state, now))
+    state.trust = 1.0F;
+  return true;
+}
+
+/// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
+/// it spins. It comes back at half the speed, in steps that a hand hardly feels.
+constexpr void watch_spin(BoundState& state) {
+  const std::int32_t way_counts = state.swing_counts - state.looked_counts;
+  const std::int32_t spin_counts = state.params.spin_counts;
+  if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts) {
+    state.spun = true;
+    distrust(state);
+  } else if (state.spun && way_counts <= spin_counts / 2) {
+    state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
+    state.spun = state.trust < 1.0F;
+  }
+  if (state.swing_counts >= kManyCounts) {  // further on it would overflow
+    state.gone_counts -= kManyCounts / 2;
+    state.swing_counts -= kManyCounts / 2;
+    state.flicker_counts = state.swing_counts;
+  }
+  state.looked_counts = state.swing_counts;
+}
+
+/// A knob that goes on is led by a hand.
+/// @returns whether it does so
+constexpr bool goes_on(BoundState& state, std::uint32_t now) {
+  const std::int32_t way_counts = state.swing_counts - state.flicker_counts;
+  if (way_counts <= kRestCounts) return false;
+  if (!state.spun) begin_touch(state, now);
+  state.rattles = state.rattles > way_counts ? state.rattles - way_counts : 0;
+  state.flickers = 0;
+  state.flicker_counts = state.swing_counts;
+  return true;
+}
+
+/// Once a hand has let off, friction alone holds the knob. The next press is a new touch, and its
+/// line begins here.
+constexpr void let_off(BoundState& state, std::uint32_t now) {
+  const float risen_nm = state.line_nm - state.begin_nm;
+  const bool outwards = static_cast<float>(state.way) * asked_torque(state) > 0.0F;
+  if (!outwards || state.flickered || absolute(risen_nm) > state.params.held_nm) return;
+  if (!begin_touch(state, now)) return;
+  set_share(state, 1.0F);
+  state.line_counts = -risen_nm / state.slope_nm_per_count;
+  state.rest_counts = absolute(state.line_counts);
+}
+
+/// Out of line, for that is rare.
+[[gnu::noinline]] constexpr void watch_hand(BoundState& state, std::uint32_t now) {
+  watch_spin(state);
+  if (state.share == 1.0F || state.spun) return;
+  goes_on(state, now);
+  let_off(state, now);
+}
+
+/// The count has changed and changed back. A knob that does so for ever is driven from count to
+/// count by the torque that a count switches. That is made less than friction holds. The trust is
+/// left alone: it leaps, and a soft hand would follow as if it touched the knob anew.
+/// @returns whether the count flickers still: it may be noise or the sensor's steps, and is held
+constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
+  if (!goes_on(state, now) && now - state.flicker_tick > state.params.flicker_ticks) {
+    state.flickers = state.rattles = 0;
+    state.flicker_counts = state.swing_counts;
+  }
+  if (state.flickers == 0) state.flicker_begin = now;
+  state.flicker_tick = now;
+  ++state.flickers;
+  if (++state.rattles >= kRattles) {
+    state.rattles = 0;
+    state.calm = larger(0.6F * state.calm, state.params.least_share);
+  }
+  if (state.flickers < kFlickers || now - state.flicker_begin < state.params.noise_ticks)
+    return false;
+  state.flickers = 0;
+  state.flickered = true;
+  if (state.share <= state.params.quiet_share) return true;
+  soften(state, state.params.quiet_share);
+  return false;
+}
+
+/// Whether the parts can render the scene along the swing that has ended, as they are configured.
+constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_counts) {
+  const float risen_nm = absolute(asked_torque(state) - state.turned_nm);
+  const float most_nm_per_count = kSoft / kFirstStiffness * state.params.slope_nm_per_count;
+  return !state.was_bounded && state.in_time_nm == 0.0F &&
+         risen_nm < most_nm_per_count * static_cast<float>(width_counts);
+}
+
+/// The sensed torque is more than the motor may take up. A sensor that rings so, quickly and for
+/// long, is kept ringing by the motor's answers. The knob need not swing: it may be dragged on one
+/// way, or by less than a swing. Out of line, for that is rare.
+[[gnu::noinline]] constexpr void judge_ringing(BoundState& state, float spring_nm,
+                                               std::uint64_t tick) {
+  const bool up = spring_nm > 0.0F;
+  if (up == state.rang_up) return;
+  const auto now = static_cast<std::uint32_t>(tick);
+  if (now - state.ring_tick > state.params.buzz_ticks) state.rings = 0;
+  state.rang_up = up;
+  state.ring_tick = now;
+  if (++state.rings <= kRings) return;
+  distrust(state);
+  // In a stiffer scene right values may ring so, too.
+  const bool soft = could_have_rendered(state, state.swing_counts / 4);
+  if (state.rings == kRings + kUnexpected && soft) ++state.unexpected_swings;
+}
+
+/// A wide swing without a flicker gives virtual inertia back.
+constexpr void calm_down(BoundState& state, std::int32_t width_counts) {
+  if (width_counts > kNarrowCounts && state.flickers < kFlickers) state.calm = 1.0F;
+}
+
+/// Swings as slow as a hand's cost trust if they go on evenly.
+constexpr void judge_slow_swing(BoundState& state, std::uint32_t now, std::int32_t width_counts,
+                                bool smaller_now) {
+  const bool wider_now = width_counts * 7 > (state.widest_counts + 1) * 8;
+  state.even_swings = smaller_now || wider_now ? 0 : state.even_swings + 1;
+  if (swings_evenly(state, now)) distrust(state);
+}
+
+/// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
+/// shorter than a hand's and hardly smaller than those before has regained from the device what
+/// friction took. So the bound goes down, and with it the motor's part of the spring. In the end
+/// that part is less than the friction, and no swing lives on it, whatever was believed of the
+/// brake.
+/// @returns as judge_flicker()
+constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
+  const auto now = static_cast<std::uint32_t>(tick);
+  if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
+  const bool slow = is_slower(state, now, state.params.slow_ticks);
+  const bool by_hand = begin_touch(state, now);
+  const std::int32_t width = state.swing_counts;
+  calm_down(state, width);
+  state.turned_tick = now;
+  state.way = -state.way;
+  state.swing_counts -= state.gone_counts;
+  state.gone_counts = state.flicker_counts = state.swing_counts;
+  const bool could_render = could_have_rendered(state, width);
+  state.was_bounded = state.bounded;
+  state.turned_nm = asked_torque(state);
+  state.flickered = false;
+  // A swing may look a count wider or narrower than it is.
+  const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
+  if (slow) judge_slow_swing(state, now, width, smaller_now);
+  if (slow || (smaller_now && ++state.fading >= kFading)) {
+    state.swings = state.fading = 0;
+    state.widest_counts = width;
+    return false;
+  }
+  if (smaller_now) {
+    state.widest_counts -= state.widest_counts / 8;
+    return false;
+  }
+  state.fading = 0;
+  if (width > state.widest_counts) state.widest_counts = width;
+  if (++state.swings < 2) return false;
+  if (!by_hand) {
+    // A push may make the first ones.
+    if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
+    soften(state, state.params.least_share);
+  }
+  distrust(state);
+  return false;
+}
+
+}  // namespace torsio::core

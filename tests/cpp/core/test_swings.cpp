@@ -1,0 +1,401 @@
+// What the bound learns from the knob's motion, with numbers worked out by hand.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <utility>
+
+#include "bound_bench.hpp"
+#include "core/controller.hpp"
+
+namespace {
+
+using namespace torsio::core;
+using doctest::Approx;
+
+}  // namespace
+
+TEST_CASE("a hand that pushes on slowly renews the bound, though it never turns back") {
+  BoundBench bench;
+  set_share(bench.state, 0.5F);
+  bench.swing(3, 1);
+  for (int n = 0; n < 100; ++n) bench.step(0.0, 0);
+  CHECK(goes_on(bench.state, static_cast<std::uint32_t>(bench.now)));
+  CHECK(bench.state.share == 0.5F);  // a swing so narrow may hide its turns
+  bench.swing(4, 1);
+  CHECK(goes_on(bench.state, static_cast<std::uint32_t>(bench.now)));
+  CHECK(bench.state.share == 1.0F);
+}
+
+TEST_CASE("slow swings that go on evenly cost the trust, and an uneven one gives it back") {
+  BoundBench bench;
+  const auto slow_swing = [&bench](int counts, int sign) {
+    for (int n = 0; n < 300; ++n) bench.step(0.0, 0);
+    bench.swing(counts, sign);
+  };
+  int sign = 1;
+  for (int n = 0; n < 16; ++n, sign = -sign) slow_swing(50, sign);
+  CHECK(bench.state.trust == 1.0F);
+  for (int n = 0; n < 4; ++n, sign = -sign) slow_swing(50, sign);
+  CHECK(bench.state.trust < 0.4F);
+  for (int n = 0; n < 3; ++n, sign = -sign) slow_swing(80, sign);
+  CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("virtual inertia that makes a creeping count flicker is taken back until a wide swing") {
+  // For each count on, two to and fro or one.
+  for (const int period : {5, 3}) {
+    BoundBench bench;
+    bench.state.params.flicker_ticks = 1000;
+    for (int n = 0; n < 60; ++n) bench.step(0.0, n % period <= period / 2 ? 1 : -1);
+    CHECK(bench.state.calm < 1.0F);
+    CHECK(bench.state.trust == 1.0F);
+    bench.swing(20, 1);
+    bench.swing(20, -1);
+    CHECK(bench.state.calm == 1.0F);
+  }
+}
+
+TEST_CASE("a knob that goes on, or flickers now and then, keeps its virtual inertia") {
+  BoundBench on;
+  on.state.params.flicker_ticks = 1000;
+  for (int n = 0; n < 600; ++n) on.step(0.0, n % 5 < 4 ? 1 : -1);  // one to and fro, three on
+  CHECK(on.state.calm == 1.0F);
+
+  BoundBench rests;
+  rests.state.params.flicker_ticks = 5;
+  for (int n = 0; n < 400; ++n) rests.step(0.0, n % 10 != 0 ? 0 : n % 20 != 0 ? 1 : -1);
+  CHECK(rests.state.calm == 1.0F);
+}
+
+TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the second on") {
+  BoundBench bench;
+  double share = 1.0;
+  bench.swing(20, 1);
+  for (int n = 0; n < 12; ++n) {
+    bench.swing(20, n % 2 == 0 ? -1 : 1);
+    if (n > 0) share *= 0.6;  // the first may be anything
+    CHECK(static_cast<double>(bench.state.share) == Approx(std::max(share, 1.0 / 64)));
+    // So does the motor's limit on cancelling the spring.
+    CHECK(bench.state.trust == bench.state.share);
+  }
+  CHECK(bench.state.share == 1.0F / 64);
+  // And with it the slope.
+  CHECK(bench.step(1.0, -1) == Approx(0.01 / 64));
+}
+
+TEST_CASE("swings that look a count wider and narrower by turns do not get smaller") {
+  BoundBench bench;
+  for (int n = 0; n < 6; ++n) {
+    bench.swing(4, 1);
+    bench.swing(3, -1);
+  }
+  CHECK(bench.state.share < 0.3F);
+}
+
+TEST_CASE("swings that get smaller, a hand's, and an encoder that flickers leave the bound alone") {
+  BoundBench dying;
+  int width = 30;
+  for (int n = 0; n < 8; ++n, width = width * 3 / 4) dying.swing(width, n % 2 == 0 ? 1 : -1);
+  CHECK(dying.state.share == 1.0F);
+
+  BoundBench by_hand;
+  for (int n = 0; n < 8; ++n) by_hand.swing(60, n % 2 == 0 ? 1 : -1);
+  CHECK(by_hand.state.share == 1.0F);
+
+  BoundBench flicker;
+  for (int n = 0; n < 100; ++n) flicker.step(0.0, n % 2 == 0 ? 2 : -2);
+  CHECK(flicker.state.share == 1.0F);
+}
+
+TEST_CASE("a flicker brings down what a count switches of the scene, and never the trust") {
+  BoundBench bench;
+  bench.state.params.quiet_share = 0.3F;
+  bench.state.params.flicker_ticks = 32;
+  bench.state.params.noise_ticks = 8;
+  bench.swing(3, 1);
+  double share = 1.0;
+  for (int n = 1; n <= 54; ++n) {
+    bench.step(0.0, n % 2 == 0 ? 1 : -1);
+    // Eight ticks and more behind the first change, twice the longest pause between two.
+    if (n % 9 == 0) share = std::max(0.6 * share, 0.3);
+    CHECK(static_cast<double>(bench.state.share) == Approx(share));
+    CHECK(bench.state.trust == 1.0F);
+  }
+  // A hand that pushes on slowly is a new touch, though it never turns round.
+  for (int n = 0; n < 160; ++n) bench.step(0.0, 0);
+  bench.swing(3, 1);
+  bench.step(0.0, -1);  // not so near: a swing may begin like this, too
+  CHECK(static_cast<double>(bench.state.share) == Approx(0.3));
+  bench.swing(4, 1);
+  bench.step(0.0, -1);
+  CHECK(bench.state.share == 1.0F);
+}
+
+TEST_CASE("a count that flickers though it switches little is held until a hand turns on") {
+  ControllerParams params;
+  params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+  params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
+  params.bound = {1e-3F, 1.0F / 64, 400, 1500, 0.3F, 10'000, 500};
+  const Plan plan = plan_of(params, {}, {});
+  ControllerState state;
+  const auto flicker = [&](std::uint32_t ticks, std::uint32_t counts) {
+    for (std::uint32_t n = 0; n < ticks; ++n)
+      (void)control(state, params, plan, 10 + n % 2 * counts);
+  };
+  flicker(1900, 1);  // 500 for each of three steps: to 0.6, 0.36 and 0.3
+  CHECK(state.motion.counting == Counting::usual);
+  flicker(900, 1);
+  CHECK(state.motion.counting == Counting::held);
+  CHECK(state.bound.share == 0.3F);
+  // Beyond the play no noise moves it: the device does, if it is no slow hand.
+  for (std::uint32_t n = 0; n < 4000; ++n) {
+    (void)control(state, params, plan, 10 + n / 250 % 2 * 5);
+  }
+  CHECK(state.bound.share == 0.3F);
+  flicker(600, 5);
+  CHECK(state.motion.counting == Counting::held);
+  CHECK(static_cast<double>(state.bound.share) == Approx(0.18));
+  CHECK(control(state, params, plan, 14).motion.delta_counts <= 2);
+  CHECK(state.motion.counting == Counting::held);
+  CHECK(control(state, params, plan, 18).motion.delta_counts >= 5);
+  CHECK(state.motion.counting == Counting::usual);
+}
+
+TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves the bound alone") {
+  const auto ring = [](BoundBench& bench, int times, std::uint64_t ticks) {
+    for (int n = 0; n < times; ++n) {
+      bench.now += ticks;
+      judge_ringing(bench.state, n % 2 == 0 ? 1.0F : -1.0F, bench.now);
+      judge_ringing(bench.state, n % 2 == 0 ? 2.0F : -2.0F, bench.now + 1);  // goes on, one way
+    }
+  };
+  for (const bool soft : {true, false}) {
+    BoundBench bench;
+    for (int count = 0; count < 20; ++count) bench.step(soft ? 0.0 : -0.0004 * count, 1);
+    bench.now = 1000;
+    ring(bench, 8, 30);  // as a hard bounce may do
+    CHECK(bench.state.trust == 1.0F);
+    ring(bench, 40, 60);  // a hand's
+    CHECK(bench.state.trust == 1.0F);
+    ring(bench, 10, 30);
+    CHECK(static_cast<double>(bench.state.trust) == Approx(0.6 * 0.6 * 0.6));
+    CHECK(bench.state.unexpected_swings == 0);
+    ring(bench, 20, 30);
+    CHECK(bench.state.unexpected_swings == (soft ? 1 : 0));
+    CHECK(bench.state.trust == bench.state.params.least_share);
+    CHECK(bench.state.share == 1.0F);
+  }
+}
+
+TEST_CASE("a sensor that rings in a knob that never turns back costs the trust") {
+  for (const std::uint32_t step_counts : {1U, 20U}) {  // the first rings within what is certain
+    ControllerParams params;
+    params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+    params.brake.drag_nm = 1e-3F;
+    params.shaft =
+        make_shaft_params(2.9F, std::array<ShaftKnee, kMostKnees>{}, 4e-5F, 1e-4F, 6e-3F);
+    params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
+    params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400, 1500};
+    Plan plan = plan_of(params, {}, {});
+    ControllerState state;
+    std::uint32_t count = 0;
+    for (int n = 0; n < 4000; ++n) {
+      if (n % 234 == 0) count += step_counts;  // once in each of its periods
+      (void)control(state, params, plan, count);
+      plan.pipeline = Pipeline::bounded;
+    }
+    CHECK((state.bound.trust == 1.0F) == (step_counts == 1));
+  }
+}
+
+TEST_CASE("a narrow swing that hides its turns from a coarse encoder is none of a hand") {
+  BoundBench bench;
+  for (int n = 0; n < 8; ++n) {
+    bench.swing(4, n % 2 == 0 ? 1 : -1);
+    // To and fro by two counts, then on: 60 ticks, too slow for a swing that buzzes.
+    for (int part = 0; part < 7; ++part) {
+      bench.swing(2, n % 2 == 0 ? -1 : 1);
+      bench.step(0.0, 0);
+      bench.step(0.0, 0);
+      bench.swing(2, n % 2 == 0 ? 1 : -1);
+      bench.step(0.0, 0);
+      bench.step(0.0, 0);
+    }
+  }
+  CHECK(bench.state.share < 0.2F);
+  CHECK(bench.state.trust < 0.2F);
+  // A hand that goes so far in four times the time is one.
+  bench.swing(4, 1);
+  for (int n = 0; n < 610; ++n) bench.step(0.0, 0);
+  bench.swing(3, -1);
+  CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("counts that flicker for a moment only are the encoder's noise under a slow hand") {
+  BoundBench bench;
+  bench.state.params.quiet_share = 0.3F;
+  bench.state.params.flicker_ticks = 80;
+  bench.state.params.noise_ticks = 20;
+  bench.swing(3, 1);
+  for (int part = 0; part < 5; ++part) {
+    for (int n = 0; n < 18; ++n) bench.step(0.0, n % 2 == 0 ? -1 : 1);
+    CHECK(bench.state.share == 1.0F);
+    bench.swing(3, 1);
+  }
+}
+
+TEST_CASE("counts that change slowly are no flicker") {
+  BoundBench bench;
+  bench.state.params.quiet_share = 0.3F;
+  bench.state.params.flicker_ticks = 5;
+  bench.swing(3, 1);
+  for (int n = 0; n < 40; ++n) {
+    bench.step(0.0, n % 2 == 0 ? 1 : -1);
+    for (int rest = 0; rest < 5; ++rest) bench.step(0.0, 0);
+  }
+  CHECK(bench.state.share == 1.0F);
+}
+
+TEST_CASE("a touch after a while begins anew with the whole bound") {
+  BoundBench bench;
+  for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
+  REQUIRE(bench.state.share < 0.5F);
+  for (int n = 0; n < 160; ++n) bench.step(0.0, 0);
+  bench.swing(4, 1);
+  CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust == 1.0F);
+
+  // Also if it turns round within a tick.
+  for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
+  REQUIRE(bench.state.share < 0.5F);
+  for (int n = 0; n < 160; ++n) bench.step(0.0, 0);
+  bench.step(0.0, 30);
+  CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust == 1.0F);
+}
+
+TEST_CASE("a swing that is too slow to buzz costs the trust, and leaves the bound alone") {
+  BoundBench bench;
+  for (int n = 0; n < 6; ++n) {
+    for (int rest = 0; rest < 50; ++rest) bench.step(0.0, 0);
+    bench.swing(20, n % 2 == 0 ? 1 : -1);
+  }
+  CHECK(bench.state.share == 1.0F);
+  CHECK(bench.state.trust < 0.3F);
+  CHECK(bench.state.unexpected_swings == 0);  // a hand may shake the knob
+}
+
+TEST_CASE("swings that are wide and narrow by turns last, too") {
+  BoundBench bench;
+  for (int n = 0; n < 8; ++n) {
+    bench.swing(30, 1);
+    bench.swing(15, -1);
+    bench.swing(10, 1);
+    bench.swing(25, -1);
+  }
+  CHECK(bench.state.share < 0.1F);
+
+  BoundBench by_turns;
+  for (int n = 0; n < 6; ++n) {
+    by_turns.swing(30, 1);
+    by_turns.swing(20, -1);
+  }
+  CHECK(by_turns.state.share < 0.3F);
+}
+
+TEST_CASE("a swing that got smaller once and lasts then is seen at the third") {
+  for (const auto& [first, later] : {std::pair{30, 24}, std::pair{4, 3}}) {
+    BoundBench bench;
+    bench.swing(first, 1);
+    for (int n = 0; n < 4; ++n) bench.swing(later, n % 2 == 0 ? -1 : 1);
+    CHECK(bench.state.share < 1.0F);
+  }
+}
+
+TEST_CASE("a knob that rests after a swing is not touched, though its encoder flickers") {
+  BoundBench bench;
+  for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
+  for (int n = 0; n < 60; ++n) bench.step(0.0, n % 2 == 0 ? 1 : -1);
+  CHECK(bench.state.share < 0.5F);
+}
+
+TEST_CASE("a knob that rested between two counts is not moved by a hand when it leaves them") {
+  BoundBench bench;
+  bench.state.params.flicker_ticks = 32;
+  bench.state.params.noise_ticks = 8;
+  for (int n = 0; n < 12; ++n) {
+    bench.swing(3, n % 2 == 0 ? 1 : -1);
+    for (int flick = 0; flick < 200; ++flick) bench.step(0.0, flick % 2 == 0 ? -1 : 1);
+  }
+  CHECK(bench.state.trust == bench.state.params.least_share);
+}
+
+TEST_CASE("swings that last are unexpected where the parts could render all that is asked") {
+  const auto unexpected = [](double slope_nm, float in_time_nm, double first_nm = 0.0) {
+    BoundBench bench;
+    bench.state.in_time_nm = in_time_nm;
+    bench.step(first_nm, 1);
+    int place = -10;  // the torque pulls to both sides
+    for (int n = 0; n < 8; ++n) {
+      const int sign = n % 2 == 0 ? 1 : -1;
+      for (int count = 0; count < 20; ++count) bench.step(-slope_nm * (place += sign), sign);
+    }
+    return bench.state.unexpected_swings;
+  };
+  // One of eight half swings still goes on, and the first three may come from a push.
+  CHECK(unexpected(0.0, 0.0F) == 4);
+  CHECK(unexpected(0.0004, 0.0F) == 4);
+  CHECK(unexpected(0.0015, 0.0F) == 0);  // steeper than a third of what is stable
+  CHECK(unexpected(0.02, 0.0F) == 0);
+  CHECK(unexpected(0.0, 1e-3F) == 0);  // a game may shake the knob
+  // What was bounded before the first turn is no reason afterwards.
+  CHECK(unexpected(0.0, 0.0F, -0.05) == 4);
+}
+
+TEST_CASE("a knob that spins is led by no hand, from its second turn on") {
+  BoundBench bench;
+  bench.state.params.turn_counts = 1500;
+  bench.state.params.spin_counts = 100;
+  set_share(bench.state, 0.5F);
+  bench.state.last_nm = 0.01F;  // along its way, as where a hand lets off
+  for (const double trust : {1.0, 0.6}) {
+    follow_swing(bench.state, 1000);
+    watch_hand(bench.state, 1000);
+    CHECK(bench.state.trust == Approx(trust));
+  }
+  CHECK(bench.state.spun);
+  set_share(bench.state, 0.5F);
+  follow_swing(bench.state, 1000);
+  watch_hand(bench.state, 1000);
+  CHECK(bench.state.share == 0.5F);
+  follow_swing(bench.state, 1000);
+  bench.now = 1000;
+  bench.step(0.01, -1);  // a count that flickers
+  CHECK(bench.state.trust == Approx(0.36));
+  CHECK(bench.state.share == 0.5F);
+}
+
+TEST_CASE("a knob that turns one way for hours is followed as in its first turn") {
+  BoundBench bench;
+  bench.state.params.turn_counts = 10;
+  bench.state.params.spin_counts = 1000;
+  for (const std::int32_t way : {kManyCounts - 10, 20}) {
+    follow_swing(bench.state, way);
+    watch_spin(bench.state);
+  }
+  CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));  // it is slow again
+  for (int n = 0; n < 8; ++n) {
+    follow_swing(bench.state, kManyCounts / 4);
+    watch_spin(bench.state);
+    CHECK(bench.state.swing_counts < kManyCounts);
+    CHECK(bench.state.swing_counts == bench.state.gone_counts);
+    CHECK(bench.state.looked_counts == bench.state.swing_counts);
+    CHECK(bench.state.flicker_counts <= bench.state.swing_counts);
+  }
+  bench.step(0.0, -5);
+  CHECK(bench.state.way == -1);
+  CHECK(bench.state.swing_counts == 5);
+}
