@@ -87,10 +87,12 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
 }
 
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
-/// it spins. It comes back at half the speed, in steps that a hand hardly feels.
+/// it spins: from the second turn on, and from the fifth on at a quarter of the speed. It comes
+/// back at half the speed, in steps that a hand hardly feels.
 constexpr void watch_spin(BoundState& state) {
   const std::int32_t way_counts = state.swing_counts - state.looked_counts;
-  const std::int32_t spin_counts = state.params.spin_counts;
+  const bool far = state.swing_counts / 4 > state.params.turn_counts;
+  const std::int32_t spin_counts = far ? state.params.spin_counts / 4 : state.params.spin_counts;
   if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts) {
     state.spun = true;
     distrust(state);

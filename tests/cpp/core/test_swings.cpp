@@ -378,6 +378,26 @@ TEST_CASE("a knob that spins is led by no hand, from its second turn on") {
   CHECK(bench.state.share == 0.5F);
 }
 
+TEST_CASE("from its fifth turn on a knob spins at a quarter of the speed") {
+  BoundBench bench;
+  bench.state.params.turn_counts = 1000;
+  bench.state.params.spin_counts = 400;
+  for (int n = 0; n < 20; ++n) {
+    follow_swing(bench.state, 200);
+    watch_spin(bench.state);
+  }
+  CHECK(bench.state.trust == 1.0F);
+  follow_swing(bench.state, 210);  // beyond four turns, in whole counts of a quarter
+  watch_spin(bench.state);
+  CHECK(bench.state.trust == Approx(0.6));
+  follow_swing(bench.state, 60);
+  watch_spin(bench.state);
+  CHECK(bench.state.trust == Approx(0.6));
+  follow_swing(bench.state, 40);
+  watch_spin(bench.state);
+  CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));
+}
+
 TEST_CASE("a knob that turns one way for hours is followed as in its first turn") {
   BoundBench bench;
   bench.state.params.turn_counts = 10;
