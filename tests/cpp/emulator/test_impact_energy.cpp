@@ -22,6 +22,7 @@ constexpr auto kFlightTurnsQ32 =
     static_cast<std::int64_t>(-kBeforeRad / (2.0 * std::numbers::pi) * 0x1p32);
 constexpr std::uint32_t kFineCounts = 32'768;
 constexpr double kFineCountRad = 2.0 * std::numbers::pi / kFineCounts;
+constexpr std::uint32_t kCoarseCounts = 2048;
 
 /// The rates at which it holds; doctest runs a case once for each.
 std::uint32_t period_ns() {
@@ -37,6 +38,7 @@ struct Lag {
   double lag_s = 0.0;
   double told = 1.0;  // of the lag
   bool winding = false;
+  std::uint32_t counts = kFineCounts;
 };
 
 Lag lag() {
@@ -50,6 +52,12 @@ Lag lag() {
   SUBCASE("of 160 us at 20 kHz, told too short") { motor = {50'000, 160e-6, 0.7}; }
   SUBCASE("of 160 us at 20 kHz, told too long") { motor = {50'000, 160e-6, 1.3}; }
   SUBCASE("of 160 us at 4 kHz, told too short") { motor = {250'000, 160e-6, 0.7}; }
+  SUBCASE("none at 20 kHz, with 2,048 counts") {
+    motor = {.period_ns = 50'000, .counts = kCoarseCounts};
+  }
+  SUBCASE("of 160 us at 4 kHz, told too short, with 2,048 counts") {
+    motor = {250'000, 160e-6, 0.7, false, kCoarseCounts};
+  }
   SUBCASE("of a winding that is slower at its supply's limit") {
     motor = {50'000, 44e-6, 1.0, true};
   }
@@ -60,12 +68,13 @@ double seconds(std::uint32_t period) { return 1e-9 * period; }
 
 /// A knob whose motor has no lag comes to an Impact at this speed, on a hand's spring.
 ClosedLoopOptions comes_to_impact(std::uint32_t period, double speed_rad_s, double hand_nm_per_rad,
-                                  float strength, float frequency_hz) {
+                                  float strength, float frequency_hz,
+                                  std::uint32_t counts = kFineCounts) {
   ClosedLoopOptions options;
   options.control_period_ns = period;
   options.control.law = protocol::Law::motor_only;
-  options.actuator.counts_per_rev = options.encoder.counts_per_rev = kFineCounts;
-  options.plant.counts_per_rev = kFineCounts;
+  options.actuator.counts_per_rev = options.encoder.counts_per_rev = counts;
+  options.plant.counts_per_rev = counts;
   options.plant.motor_time_constant_s = 0.0;
   options.actuator.motor_time_constant_s = 0.0F;
   protocol::Impact impact;
@@ -95,8 +104,9 @@ std::vector<LoopRow> rows_of(const ClosedLoopOptions& options) {
 
 /// Counts leave open where in a count the knob was at each change of torque, and how far it moved
 /// in a tick.
-double open_energy_j(double changes_nm, double torque_nm, double moved_rad) {
-  return changes_nm * kFineCountRad + std::abs(torque_nm * moved_rad);
+double open_energy_j(double changes_nm, double torque_nm, double moved_rad,
+                     double count_rad = kFineCountRad) {
+  return changes_nm * count_rad + std::abs(torque_nm * moved_rad);
 }
 
 // The oracle is the plant's energy: of all that moves, of the shaft's spring and of the hand's.
@@ -113,7 +123,7 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
           CAPTURE(strength);
           CAPTURE(frequency_hz);
           ClosedLoopOptions options =
-              comes_to_impact(period, speed, hand_nm_per_rad, strength, frequency_hz);
+              comes_to_impact(period, speed, hand_nm_per_rad, strength, frequency_hz, motor.counts);
           emulator::PlantParams& plant = options.plant;
           plant.motor_time_constant_s = motor.lag_s;
           options.actuator.motor_time_constant_s = static_cast<float>(motor.told * motor.lag_s);
@@ -138,7 +148,8 @@ TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
           double worst_j = -1.0;
           for (const LoopRow& row : rows) {
             const double open_j =
-                open_energy_j(2.0 * most_nm, last_nm, row.speed_rad_s * seconds(period));
+                open_energy_j(2.0 * most_nm, last_nm, row.speed_rad_s * seconds(period),
+                              2.0 * std::numbers::pi / motor.counts);
             worst_j = std::max(worst_j, energy_j(row) - before_j - open_j);
             lowest_j = std::min(lowest_j, energy_j(row));
             last_nm = static_cast<double>(row.motor_command_nm);
