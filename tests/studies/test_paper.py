@@ -267,6 +267,7 @@ def test_exits_are_as_good_at_other_places_within_a_count(results: dict[str, Any
     assert 1.2e-3 < worst[1.0]["torque_gap_nm"] < 2e-3
     places, row = results["aims"]["worst_places"], results["aims"]["rows"][2]
     assert row["soft_torque_gap_nm"] <= places["soft_torque_gap_nm"] < 1.5e-3
+    assert row["imperfect_tracking_out"] <= places["imperfect_tracking_out"] < 2.5e-2
     assert row["slowest_exit_s"] <= places["slowest_exit_s"] < 1.05 * row["slowest_exit_s"]
     assert row["drag_nm"] <= places["drag_nm"] < results["aims"]["aims"]["drag_nm"]
     # Each of three counts switches no more than the knob's friction of 6 mN m, and the drag's part.

@@ -147,11 +147,11 @@ def _drag_nm(variant: Variant, place: float = 0.0) -> float:
     return float(rows["hand_torque_nm"][len(rows) // 2 :].mean())
 
 
-def _imperfect(variant: Variant) -> float:
+def _imperfect(variant: Variant, place: float = 0.0) -> float:
     """Give the worst error on the way out with hysteresis, and drag and lag that are known."""
     largest = 0.0
     for drag_share, lag_s in product(DRAG_SHARES, LAGS_S):
-        plant, electrics = _plant(variant), Electrics()
+        plant, electrics = _plant(variant, place), Electrics()
         # On a plant with electrics the brake's lag is its coil's.
         plant = replace(
             plant,
@@ -242,7 +242,7 @@ def worst(
 
 
 def _worst_left(variant: Variant, places: int) -> Results:
-    """Give the worst exit after a cut, drag, and gap in a soft wall, of places within a count."""
+    """Give the worst of places within a count: what `worst` does not look at."""
     each = [place / places for place in range(places)]
     left = [row for place in each for row in _exits(variant, place)]
     drag_nm = max(_drag_nm(variant, place) for place in each)
@@ -251,6 +251,7 @@ def _worst_left(variant: Variant, places: int) -> Results:
         "slowest_exit_s": _slowest_s(left),
         "drag_nm": drag_nm,
         "soft_torque_gap_nm": max(soft),
+        "imperfect_tracking_out": max(_imperfect(variant, place) for place in each),
     }
 
 
