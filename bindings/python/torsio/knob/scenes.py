@@ -47,7 +47,7 @@ class KnobScenes:
         StiffnessWarning
             The scene plays, but a free knob may swing in it for ever, or one that is leant on may
             hum. Together its effects are too stiff, damp too much, have too much inertia, or
-            switch too much within a count. Not with ``"calibrated"``, which bounds a scene.
+            switch too much within a count. ``"calibrated"`` bounds what depends on the angle.
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
 

@@ -53,8 +53,7 @@ RATES_HZ: Final = (10_000, 20_000)
 COUNTS: Final = (2048, 8192, 32_768, 131_072)
 
 _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
-_HOLDABLE_BY_DETENTS: Final = 0.7  # a weight that comes quickly overshoots, and then rolls on
-_HOLDABLE_BY_LESS: Final = 0.5  # the same, if the scene adds inertia, or a texture across detents
+_HOLDABLE_BY_DETENTS: Final = 0.5  # a weight that comes quickly overshoots, and then rolls on
 _AT_RAD: Final = 0.05
 _SETTLED_S: Final = 0.3  # by then a hand is done
 _LEFT_S: Final = 0.5  # the same, for one that leaves
@@ -296,10 +295,7 @@ def _hand(
     # A motor that gives less than the device believes holds less.
     gives_less = max(1.0, value.get(f"told.{_GAINS[0]}", 1.0)) if case.electrics else 1.0
     holds_nm = min(plant.motor_limit_nm, value["limit_nm"]) / gives_less
-    holdable = _HOLDABLE
-    if case.scene == "detents":
-        less = case.extra in ("inertia", "texture")
-        holdable = _HOLDABLE_BY_LESS if less else _HOLDABLE_BY_DETENTS
+    holdable = _HOLDABLE_BY_DETENTS if case.scene == "detents" else _HOLDABLE
     weight_nm = holdable * value["weight"] * holds_nm
     path = [(0.0, 0.0), (0.1, weight_nm)]
     if case.hand == "released" and case.leaves:
