@@ -76,6 +76,7 @@ CHECKS: dict[str, Callable[[], Command]] = {
         *("firmware", "emulator", "sdk", "bindings", "studies", "hardware", "tools"),
         *("studio/src", "studio/wasm"),
     ),
+    "lengths": lambda: [sys.executable, "-m", "tools.lengths"],
     "includes": lambda: [sys.executable, "-m", "tools.check_layers"],
     "imports": lambda: import_linter(TREE),
     "prose": lambda: [sys.executable, "-m", "tools.prose"],

@@ -18,10 +18,11 @@ from collections import Counter
 from io import BytesIO
 from pathlib import Path
 
+from tools.lengths import PRINTED
+
 TREE = Path(__file__).parents[2]
 PRODUCT = ("firmware", "emulator", "sdk", "bindings", "studies", "studio", "hardware", "tools")
 FOLDERS = (*PRODUCT[:7], "examples", "tools", "tests", "docs")
-PRINTED = "Printed from the field lists"
 TOLD = {
     "instructions of a tick, one wall, `pico2`, `pico`": r"^\| one wall \| (.+) \| (.+) \|$",
     "the same with the law `calibrated`": r"^\| one wall, with .+`calibrated` \| (.+) \| (.+) \|$",
