@@ -120,11 +120,14 @@ def main(revision: str = "8065d3eb") -> None:
 
     for folder in FOLDERS:
         files = [of.of(folder) for of in both]
-        largest = max(files[1], key=lambda name: now.files[name])
-        shown = f"`{largest.removeprefix(folder + '/')}`, {now.files[largest]}"
-        row(f"`{folder}/`", files, shown, *(of.worst.get(folder, "") for of in both))
-    row("printed by `./dev generate`", [sorted(of.printed) for of in both], "", "", "")
-    row("all", [list(of.files) for of in both], "", "", "")
+        shown = []
+        for of, names in zip(both, files, strict=True):
+            largest = max(names, default="", key=of.files.__getitem__)
+            told = f"`{largest.removeprefix(folder + '/')}`, {of.files[largest]}" if names else ""
+            shown.append(told)
+        row(f"`{folder}/`", files, *shown, *(of.worst.get(folder, "") for of in both))
+    row("printed by `./dev generate`", [sorted(of.printed) for of in both], "", "", "", "")
+    row("all", [list(of.files) for of in both], "", "", "", "")
     print()
     for name, pattern in TOLD.items():
         print(f"| {name} | {before.told(pattern)} | {now.told(pattern)} |")
