@@ -10,8 +10,18 @@ from pathlib import Path
 
 TREE = Path(__file__).parent.parent
 MAX_LINES = 450
-FOLDERS = ("firmware", "emulator", "sdk", "bindings", "studies", "studio/src", "studio/wasm", "hardware",
-    "examples", "tools")
+FOLDERS = (
+    "firmware",
+    "emulator",
+    "sdk",
+    "bindings",
+    "studies",
+    "studio/src",
+    "studio/wasm",
+    "hardware",
+    "examples",
+    "tools",
+)
 SUFFIXES = (".hpp", ".cpp", ".h", ".py", ".ts")
 PRINTED = "Printed from the field lists"  # at the beginning of each printed file
 
