@@ -42,7 +42,9 @@ struct Gate {
   /// Returns unless Python ends by another thread: then this one stays here, without Python's lock.
   void wait(std::unique_lock<std::mutex>& lock) {
     if (!ending || ender == std::this_thread::get_id()) return;
-    if (PyGILState_Check() != 0) PyEval_SaveThread();
+    // Once Python has forgotten its threads, it says of each that it has the lock.
+    const bool has_lock = PyGILState_Check() != 0 && PyGILState_GetThisThreadState() != nullptr;
+    if (has_lock) PyEval_SaveThread();
     inside -= depth();
     changed.notify_all();
     changed.wait(lock, [] { return false; });
