@@ -387,7 +387,7 @@ TEST_CASE("from its fifth turn on a knob spins at a quarter of the speed") {
     watch_spin(bench.state);
   }
   CHECK(bench.state.trust == 1.0F);
-  follow_swing(bench.state, 210);  // beyond four turns, in whole counts of a quarter
+  follow_swing(bench.state, 210);  // beyond four turns
   watch_spin(bench.state);
   CHECK(bench.state.trust == Approx(0.6));
   follow_swing(bench.state, 60);
