@@ -90,7 +90,7 @@ def test_constant_force_of_a_game_turns_the_motor(pico: EmulatedPico, sign: int)
 
 def test_tick_has_time_for_so_many_effects_of_a_game_and_more_are_a_fault() -> None:
     # docs/reference/games.md says so. Sines cost most.
-    most = {"pico": 2, "pico2": 16}[bench.chosen.name]
+    most = {"pico": 3, "pico2": 16}[bench.chosen.name]
     for count, fault in ((most, 0), (min(40, 4 * most), OVERRUN)):
         with bench.enumerated() as pico:
             for _ in range(count):

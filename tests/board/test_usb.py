@@ -9,7 +9,6 @@ import pytest
 
 import torsio
 from tests.board.pico import FEATURE, FLASH_BASE, SERIAL, EmulatedPico, UsbStall, enumerated
-from tests.mcu.mcu import DOCUMENTED_GCC, gcc_major
 from tests.python import wire
 from tools import uf2
 
@@ -196,8 +195,8 @@ def test_time_stamps_repeat_from_run_to_run() -> None:
 
 def test_prompt_report_is_filled_just_before_the_host_asks(pico: EmulatedPico) -> None:
     tick_ns = pico.model.tick_ns
-    # So that the main loop has less time to be punctual. Newer compilers leave it less anyway.
-    pico.arm_at_wall(4 if gcc_major() == DOCUMENTED_GCC else 2)
+    # So that the main loop has less time to be punctual.
+    pico.arm_at_wall(4)
     assert pico.send("stream", decimation=1, prompt="on")["status"] == 0
     # A time before tick 0: the clock's answer is late by less than a tick.
     first_ns = 0

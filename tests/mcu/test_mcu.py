@@ -121,6 +121,11 @@ def test_cortex_m33_puts_out_the_same_bits_as_the_host(host_replay: str) -> None
 
 
 @pytest.mark.board("pico")
+def test_cortex_m0plus_multiplies_as_the_host_does() -> None:
+    assert mcu.on_m0plus("multiply") == mcu.on_host("multiply")
+
+
+@pytest.mark.board("pico")
 def test_cortex_m0plus_puts_out_the_same_bits_as_the_host(host_replay: str) -> None:
     assert mcu.on_m0plus("replay") == host_replay
 

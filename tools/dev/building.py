@@ -359,6 +359,8 @@ def build_emulated(names: Sequence[str] = BOARDS) -> None:
     if "m0plus" in processors:
         folder = BUILD / "mcu/m0plus"
         copy = ("arm-none-eabi-objcopy", "-O", "binary")
-        programs = [folder / name for name in ("bench", "bench_core", "bench_shaft", "replay")]
+        programs = [
+            folder / name for name in ("bench", "bench_core", "bench_shaft", "multiply", "replay")
+        ]
         run_logged("objcopy", *((*copy, program, f"{program}.bin") for program in programs))
     run_logged("boot-rom", [PYTHON, "-m", "tests.board.pico"])
