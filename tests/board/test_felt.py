@@ -10,6 +10,7 @@ import pytest
 from tests.bench.bench_mcu import TickTime, tick_times
 from tests.board import felt, pico
 from tests.board.felt import WALL_RAD, Columns, difference_nm
+from torsio.printed.hands import NoHand, PrescribedMotion
 
 STIFFNESS = math.degrees(30e-3)
 ENCODER, OVERRUN = 1 << 2, 1 << 4
@@ -114,3 +115,70 @@ def test_so_many_damped_walls_fit(law: str, most: int) -> None:
             assert board.get("health")["faults"] == faults
             if faults == 0:
                 assert board.command("disarm") == "ok"
+
+
+def _let_go_s(rows: Columns, share: float) -> float:
+    """How long the coil takes to fall to a share of its current."""
+    held_a = np.mean(rows["coil_a"][(rows["time_s"] > -5e-3) & (rows["time_s"] < 0.0)])
+    assert held_a > 0.03
+    return float(rows["time_s"][(rows["time_s"] > 0.0) & (rows["coil_a"] < share * held_a)][0])
+
+
+def test_brake_whose_coil_is_driven_lets_go_backwards_and_is_demagnetised() -> None:
+    limit_a, erase_a = 0.3, 0.05 * 0.3
+    with felt.binary(
+        felt.plant_of(pico.chosen.name), lambda: felt.with_coil(brake_time_constant_s=5e-3)
+    ) as bench:
+        felt.prepare(bench)
+        rows = felt.let_go(bench, 0.2)
+    assert np.all(rows["enabled"][rows["time_s"] > -0.06])
+    after_s, coil_a = rows["time_s"], rows["coil_a"]
+    assert rows["share"][(after_s > 0.0) & (after_s < 0.01)].min() < -0.9
+    # The whole supply takes a tenth of an ampere away in L/R ln((0.3 + 0.1) / (0.3 + 0.01)),
+    # 15 ms; the last of it follows with 5.
+    assert _let_go_s(rows, 0.1) < 25e-3
+    assert np.max(np.abs(coil_a)) <= limit_a
+    # Two of the coil's time constants, 120 ms, after nearly nothing flowed, a pulse backwards.
+    empty_s = after_s[(after_s > 0.0) & (coil_a < erase_a)][0]
+    pulse = coil_a < -0.5 * erase_a
+    assert after_s[pulse][0] - empty_s == pytest.approx(0.12, abs=3e-3)
+    assert np.min(coil_a) == pytest.approx(-erase_a, rel=0.1)
+    assert after_s[pulse][-1] - after_s[pulse][0] < 10e-3
+    # Outside the pulse the supply's sag makes the current slightly negative.
+    quiet = ~((after_s > empty_s + 0.115) & (after_s < empty_s + 0.13))
+    assert np.min(coil_a[quiet]) > -3.5e-3
+    assert abs(coil_a[-1]) < 1e-3
+
+
+def test_another_lag_of_the_brake_reaches_its_coil_without_a_restart() -> None:
+    with felt.binary(
+        felt.plant_of(pico.chosen.name), lambda: felt.with_coil(brake_time_constant_s=60e-3)
+    ) as bench:
+        felt.prepare(bench)
+        half_s = 60e-3 * math.log(2)
+        # Later by the time in which the knob leaves, while the coil still rises.
+        assert half_s < _let_go_s(felt.let_go(bench, 0.05), 0.5) < half_s + 6e-3
+        bench.run(0.05)
+        assert bench.board.set("actuator_config", brake_time_constant_s=5e-3)["status"] == 0
+        pico.confirm(bench.board)
+        assert _let_go_s(felt.let_go(bench, 0.03), 0.1) < 25e-3
+
+
+@pytest.mark.one_board
+def test_dead_encoder_channel_of_a_knob_that_is_held_asks_no_more_and_is_found_when_it_moves() -> (
+    None
+):
+    with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
+        felt.prepare(bench)
+        felt.lean(bench, STIFFNESS, 50e-3)
+        before_nm = abs(bench.place.record()["motor_torque_nm"][-1])
+        still = PrescribedMotion(angle_rad=[(0.0, bench.place.record()["angle_rad"][-1])])
+        held = felt.cut_encoder(bench, [3], still, 0.02)
+        assert (held.off_s, held.faults) == (None, 0)
+        assert held.moved_rad < 5e-3
+        after_nm = abs(bench.place.record()["motor_torque_nm"][-1])
+        # One count is 1.3 mN m of this wall.
+        assert after_nm == pytest.approx(before_nm, abs=3e-3)
+        moved = felt.cut_encoder(bench, [3], NoHand(), 0.2)
+        assert moved.faults == ENCODER
+        assert moved.moved_rad < 0.4
