@@ -33,7 +33,7 @@ fs::path path_from_python(const py::object& source) {
   return text.cast<fs::path>();
 }
 
-/// A torsio.FirmwareHost, or None.
+/// A torsio.knob.firmware.FirmwareHost, or None.
 FirmwareHost host_from_python(const py::object& source) {
   if (source.is_none()) return {};
   const auto host = keep(source);

@@ -18,7 +18,7 @@ FIRMWARE = TREE / "build" / "firmware"
 TESTED = os.environ.get(BOARDS_VARIABLE, "").split()
 CHIPS = {board: chip for board, chip in boards.chips().items() if board in TESTED or not TESTED}
 # The cross compiler of the documents' figures, and the margin for another: GCC 14's code takes 7 %
-# more on a Cortex-M33, and 16 % on a Cortex-M0+.
+# more on a Cortex-M33, and 4 % on a Cortex-M0+.
 DOCUMENTED_GCC = 12
 _OTHER_GCC = 0.2
 
