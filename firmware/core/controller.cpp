@@ -106,7 +106,8 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
   state.bound.drag_nm = end_drag(state.bound.drag_nm, params.assist, motion.delta_rad);
   Shares shares = share_sensed(state, params.partition, 0.0F, spring_nm);
   shares.motor_command_nm =
-      clamp_number(shares.motor_command_nm + assist_torque(params.assist, motion.speed_rad_s),
+      clamp_number(shares.motor_command_nm +
+                       help_share(state.bound) * assist_torque(params.assist, motion.speed_rad_s),
                    params.partition.motor_torque_max_nm);
   return shares;
 }
@@ -187,8 +188,8 @@ struct Outcome {
     desired_nm = bound_all(state, params, desired_nm, in_time_nm, motion.delta_counts);
     shares = share_bounded(state, params, motion, desired_nm, !plan.inertia, spring_nm);
     state.scene.inertia_share = state.bound.trust * state.bound.calm;
-    // A flywheel may spin.
-    if (plan.inertia) state.bound.looked_counts = state.bound.swing_counts;
+    // A flywheel may spin, and that is no rest.
+    if (plan.inertia) state.bound.looked_counts = state.bound.swing_counts - 1;
   } else {
     shares = partition(params.partition, desired_nm, spring_nm);
   }

@@ -103,9 +103,20 @@ constexpr void watch_spin(BoundState& state) {
   if (state.swing_counts >= kManyCounts) {  // further on it would overflow
     state.gone_counts -= kManyCounts / 2;
     state.swing_counts -= kManyCounts / 2;
+    state.rested_counts =
+        state.rested_counts > kManyCounts / 2 ? state.rested_counts - kManyCounts / 2 : 0;
     state.flicker_counts = state.swing_counts;
   }
+  if (way_counts == 0) state.rested_counts = state.swing_counts;
   state.looked_counts = state.swing_counts;
+}
+
+/// Share of the help in free air. It ends where the knob has turned for four turns without a rest:
+/// if the friction is told too large, help may turn it for ever.
+constexpr float help_share(const BoundState& state) {
+  const float turns = static_cast<float>(state.swing_counts - state.rested_counts) /
+                      static_cast<float>(state.params.turn_counts);
+  return smaller(larger(2.0F - 0.5F * turns, 0.0F), 1.0F);
 }
 
 /// A knob that goes on is led by a hand.
@@ -220,7 +231,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   state.turned_tick = now;
   state.way = -state.way;
   state.swing_counts -= state.gone_counts;
-  state.gone_counts = state.flicker_counts = state.swing_counts;
+  state.gone_counts = state.flicker_counts = state.rested_counts = state.swing_counts;
   const bool could_render = could_have_rendered(state, width);
   state.was_bounded = state.bounded;
   state.turned_nm = asked_torque(state);

@@ -217,7 +217,8 @@ def test_assisted_knob_comes_to_rest_and_stays(push_nm: float, seconds: float, c
     assert given_j <= 0.8 * taken_j
     if push_nm > 0.01:
         free = simulate(in_free_air(0.0, let_go(push_nm, seconds), counts=counts), duration_s=12.0)
-        assert np.ptp(rows["angle_rad"]) > 1.5 * np.ptp(free["angle_rad"])
+        # A knob that is thrown turns for longer than the help does.
+        assert np.ptp(rows["angle_rad"]) > 1.25 * np.ptp(free["angle_rad"])
 
 
 @pytest.mark.parametrize(("counts", "bandwidth_hz"), [(8192, 400), (65536, 100), (65536, 400)])

@@ -61,11 +61,13 @@ def test_device_that_is_told_the_truth_hardly_ever_counts_a_swing() -> None:
     random = np.random.default_rng(5)
     counts = []
     for batch in batches(120, 32, "calibrated"):
-        case = replace(batch.designs[0], noisy=False, extra="nothing", leaves=False)
+        case = replace(
+            batch.designs[0], noisy=False, extra="nothing", leaves=False, helps=False, simple=False
+        )
         if case.hand == "thrown":
             continue
-        # Gains, noise, more effects and a hand that leaves are none of its draws.
-        point = np.append(random.uniform(size=len(SPACE) - 5), np.zeros(5))
+        # Gains, noise, more effects, a hand that leaves and help are none of its draws.
+        point = np.append(random.uniform(size=len(SPACE) - 6), np.zeros(6))
         value = values_of(point)
         options = options_of(case, {k: 1.0 if "told." in k else v for k, v in value.items()})
         assert options.actuator is not None

@@ -234,6 +234,20 @@ def test_inertia_alone_does_not_turn_a_knob(counts: int, inertia_kg_m2: float) -
     assert measure([thrown], after_s=6.0)[0].swing_rad == 0.0
 
 
+@pytest.mark.parametrize("factor", [1.25, 1.3])
+def test_help_in_free_air_turns_no_knob_for_ever(factor: float) -> None:
+    plant = replace(PLANT, knob_viscous_nm_s_per_rad=1.3e-5, brake_drag_nm=1e-3)
+    thrown = loop(
+        Wall(angle_rad=AT_RAD, stiffness_nm_per_rad=10.0),
+        NoHand(),
+        plant=plant,
+        told={"knob_coulomb_nm": factor, "brake_drag_nm": 2.0},
+    )
+    most = replace(thrown.control, free_assist_nm=20e-3)
+    thrown = replace(thrown, control=most, initial=InitialState(speed_rad_s=10.0))
+    assert measure([thrown], after_s=20.0)[0].swing_rad == 0.0
+
+
 # Numbers of searches, and where they ended: the first values of `SPACE` in their order. Some
 # searches hung more than half on detents, so a weight may exceed 1.
 FOUND = (
@@ -417,6 +431,8 @@ def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
         noisy=len(values) > 29 and (case.noisy or number == 13),
         extra=case.extra if len(values) > 32 else "nothing",
         leaves=case.leaves and len(values) > 33,
+        helps=case.helps and len(values) > 34,
+        simple=case.simple and len(values) > 34,
     )
     return case, options_of(case, dict(zip(SPACE, values, strict=False)))
 

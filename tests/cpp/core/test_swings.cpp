@@ -398,6 +398,27 @@ TEST_CASE("from its fifth turn on a knob spins at a quarter of the speed") {
   CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));
 }
 
+TEST_CASE("help in free air ends from the third turn without a rest to the fifth") {
+  BoundBench bench;
+  bench.state.params.turn_counts = 1000;
+  CHECK(help_share(bench.state) == 1.0F);
+  for (const double share : {1.0, 1.0, 0.5, 0.0, 0.0}) {
+    follow_swing(bench.state, 1000);
+    watch_spin(bench.state);
+    CHECK(help_share(bench.state) == Approx(share));
+  }
+  SUBCASE("a rest begins anew") {
+    watch_spin(bench.state);
+    CHECK(help_share(bench.state) == 1.0F);
+    follow_swing(bench.state, 3000);
+    CHECK(help_share(bench.state) == Approx(0.5));
+  }
+  SUBCASE("so does a way back") {
+    bench.step(0.0, -5);
+    CHECK(help_share(bench.state) == 1.0F);
+  }
+}
+
 TEST_CASE("a knob that turns one way for hours is followed as in its first turn") {
   BoundBench bench;
   bench.state.params.turn_counts = 10;
@@ -413,6 +434,7 @@ TEST_CASE("a knob that turns one way for hours is followed as in its first turn"
     CHECK(bench.state.swing_counts < kManyCounts);
     CHECK(bench.state.swing_counts == bench.state.gone_counts);
     CHECK(bench.state.looked_counts == bench.state.swing_counts);
+    CHECK(help_share(bench.state) == 0.0F);
     CHECK(bench.state.flicker_counts <= bench.state.swing_counts);
   }
   bench.step(0.0, -5);

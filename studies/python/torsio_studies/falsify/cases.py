@@ -55,6 +55,7 @@ COUNTS: Final = (2048, 8192, 32_768, 131_072)
 _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
 _HOLDABLE_BY_DETENTS: Final = 0.5  # a weight that comes quickly overshoots, and then rolls on
 _AT_RAD: Final = 0.05
+_SIMPLE_LOOP: Final = Electrics(predictive=False, current_period_s=0.0, output_delay_s=50e-6)
 _SETTLED_S: Final = 0.3  # by then a hand is done
 _LEFT_S: Final = 0.5  # the same, for one that leaves
 
@@ -97,12 +98,14 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "encoder_noise_counts": (0.01, 0.3),
     "extra_share": (0.01, 1.0),
     "back_nm": (5e-3, 40e-3),
+    "help": (0.1, 1.0),
 }
 """Bounds of the optimiser's variables, which move evenly in the logarithm.
 
 `weight` is a share of what can be held, `hand_damping` a share of the critical one. The gains move
 with electrics only, and the noise of a noisy encoder. `extra_share` is a share of the strongest
-effect that comes to the scene's. With `back_nm` a hand that leaves draws the knob back.
+effect that comes to the scene's. With `back_nm` a hand that leaves draws the knob back. `help` is a
+share of the most that the law gives in free air.
 """
 
 
@@ -122,6 +125,8 @@ class Case:
     noisy: bool
     extra: ExtraName = "nothing"
     leaves: bool = False  # the hand draws the knob back to where the scene begins
+    helps: bool = False  # in free air, as calibration proposes it
+    simple: bool = False  # the RP2040's current loop, with electrics at its rate
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,8 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             number=number, law=law, scene=scene, hand=hand,
             rate_hz=rate_hz, counts=counts, electrics=electrics, belt=belt, extra=extra,
             noisy=noisy and extra != "inertia",  # which noise would shake
-            leaves=bool(random.random() < 0.5),
+            leaves=bool(random.random() < 0.5), helps=bool(random.random() < 0.5),
+            simple=bool(random.random() < 0.5) and electrics and rate_hz == RATES_HZ[0],
         )  # fmt: skip
         yield Batch(law, number, (case,), tries)
 
@@ -173,10 +179,19 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
         plant=plant,
         actuator=actuator,
         board=_board(value) if case.electrics else None,
-        control=ControlConfig(law=case.law, beta=value["beta"]),
+        control=ControlConfig(
+            law=case.law,
+            beta=value["beta"],
+            free_assist_nm=value["help"] * _most_help_nm(actuator) if case.helps else 0.0,
+        ),
         control_period_ns=round(1e9 / case.rate_hz),
         seed=case.number,
     )
+
+
+def _most_help_nm(told: ActuatorConfig) -> float:
+    friction_nm = told.knob_coulomb_nm + told.brake_drag_nm
+    return min(0.75 * friction_nm, told.knob_coulomb_nm)
 
 
 def _plant(case: Case, value: Mapping[str, float]) -> PlantParams:
@@ -184,8 +199,10 @@ def _plant(case: Case, value: Mapping[str, float]) -> PlantParams:
     true = {name: value[f"true.{name}"] * getattr(reference, name) for name in _TRUE}
     lag_s, electrics = true["brake_time_constant_s"], None
     if case.electrics:
-        electrics = Electrics()
-        electrics = replace(electrics, coil_inductance_h=lag_s * electrics.coil_resistance_ohm)
+        electrics = replace(
+            _SIMPLE_LOOP if case.simple else Electrics(),
+            coil_inductance_h=lag_s * Electrics().coil_resistance_ohm,
+        )
     inertia = true["brake_inertia_kg_m2"]
     loop_nm = value["loop_nm"]
     return PlantParams(

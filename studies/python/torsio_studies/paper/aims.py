@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from itertools import product, starmap
@@ -208,30 +210,42 @@ def _with_wrong(options: LoopOptions, name: str, factor: float) -> LoopOptions:
     return replace(options, actuator=replace(told, **{name: factor * getattr(told, name)}))
 
 
+def _places(number: int) -> list[float]:
+    return [place / number for place in range(number)]
+
+
 def worst(
-    variant: Variant, exit_rad_s: float, places: int, wrong: dict[str, float] | None = None
+    variant: Variant,
+    exit_rad_s: float,
+    places: Iterable[tuple[float, float]],
+    wrong: dict[str, float] | None = None,
 ) -> Results:
-    """Give the worst of visits that begin at different places within a count.
+    """Give the worst of visits where knob and wall begin at different places within a count.
 
     `wrong` are factors on what the device is told.
     """
     stiffness, told = runs.per_degree(WALL), wrong or {}
     give_rad = (runs.PEAK_NM + _plant(variant).knob_coulomb_nm) / runs.HAND_NM_PER_RAD
     pull_s = (runs.WALL_RAD + runs.PEAK_NM / stiffness + give_rad) / exit_rad_s
-    visits = []
-    for place in range(places):
-        plant = _plant(variant, place / places)
+    visits, walls_rad = [], []
+    for place, wall_place in places:
+        walls_rad.append(runs.WALL_RAD + wall_place * math.tau / COUNTS)
+        plant = _plant(variant, place)
         if "brake_hysteresis_nm" in told:
             plant = replace(plant, brake_hysteresis=LOOP)
         visit = runs.push_options(
-            stiffness, variant.law, rate_hz=RATE_HZ, plant=plant, pull_s=pull_s
-        )
+            stiffness, variant.law, rate_hz=RATE_HZ, plant=plant, pull_s=pull_s,
+            wall_rad=walls_rad[-1],
+        )  # fmt: skip
         visits.append(_told(visit, variant))
     for name, factor in told.items():
         visits = [_with_wrong(visit, name, factor) for visit in visits]
     duration_s = runs.PUSH_DURATION_S - runs.PULL_S + pull_s
     rows = simulate_many(visits, duration_s=duration_s)
-    pushes = [runs.measure_push(one, stiffness) for one in rows]
+    pushes = [
+        runs.measure_push(one, stiffness, wall_rad)
+        for one, wall_rad in zip(rows, walls_rad, strict=True)
+    ]
     return {
         "variant": variant.name,
         "exit_rad_s": exit_rad_s,
@@ -243,7 +257,7 @@ def worst(
 
 def _worst_left(variant: Variant, places: int) -> Results:
     """Give the worst of places within a count: what `worst` does not look at."""
-    each = [place / places for place in range(places)]
+    each = _places(places)
     left = [row for place in each for row in _exits(variant, place)]
     drag_nm = max(_drag_nm(variant, place) for place in each)
     soft = [_push(variant, SOFT_WALL, _plant(variant, place)).torque_gap_nm for place in each]
@@ -257,7 +271,8 @@ def _worst_left(variant: Variant, places: int) -> Results:
 
 def _wrong_belief(variant: Variant, belief: str, places: int) -> Results:
     """Give the worst with a single belief a fifth too small or too large."""
-    both = [worst(variant, WRONG_EXIT_RAD_S, places, {belief: share}) for share in WRONG_SHARES]
+    knobs = [(place, 0.0) for place in _places(places)]
+    both = [worst(variant, WRONG_EXIT_RAD_S, knobs, {belief: share}) for share in WRONG_SHARES]
     names = "tracking_out", "torque_gap_nm"
     return {"belief": belief, **{name: max(one[name] for one in both) for name in names}}
 
@@ -308,6 +323,9 @@ def run(study: Study) -> Results:
         )
     known = next(variant for variant in VARIANTS if variant.name == "calibrated")
     places = 2 if study.quick else PLACES
+    knobs = [(place, 0.0) for place in _places(places)]
+    walls = [(0.0, place) for place in _places(places)]
+    few = _places(max(2, places // 2))
     step = perception.count_step_nm(runs.per_degree(WALL), COUNTS)
     return {
         "aims": AIMS,
@@ -315,7 +333,9 @@ def run(study: Study) -> Results:
         "control_rate_hz": RATE_HZ,
         "counts_per_rev": COUNTS,
         "at_8192_counts": [_coarse(variant) for variant in VARIANTS if variant.law == "calibrated"],
-        "worst": [worst(known, speed, places) for speed in EXITS_RAD_S],
+        "worst": [worst(known, speed, knobs) for speed in EXITS_RAD_S],
+        "worst_walls": [worst(known, speed, walls) for speed in EXITS_RAD_S],
+        "worst_of_both": worst(known, WRONG_EXIT_RAD_S, product(few, few)),
         "worst_places": _worst_left(known, places),
         "wrong_beliefs": [_wrong_belief(known, belief, places) for belief in WRONG_BELIEFS],
         "count_step_jnds": perception.torque_jnds(step),

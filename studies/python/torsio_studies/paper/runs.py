@@ -121,15 +121,16 @@ def push_options(
     pull_s: float = PULL_S,
     peak_nm: float = PEAK_NM,
     plant: PlantParams | None = None,
+    wall_rad: float = WALL_RAD,
 ) -> LoopOptions:
     """Push into a wall until it asks for the peak torque, hold, and come out."""
     checks.positive("stiffness", stiffness)
     plant = plant or PlantParams(counts_per_rev=counts_per_rev)
     give_rad = (peak_nm + plant.knob_coulomb_nm) / HAND_NM_PER_RAD
-    deepest = WALL_RAD + peak_nm / stiffness + give_rad
+    deepest = wall_rad + peak_nm / stiffness + give_rad
     arrive, leave = PUSH_S, PUSH_S + HOLD_S
     return LoopOptions(
-        scene=Wall(angle_rad=WALL_RAD, stiffness_nm_per_rad=stiffness),
+        scene=Wall(angle_rad=wall_rad, stiffness_nm_per_rad=stiffness),
         hand=ImpedanceHand(
             intended_angle_rad=[(0, 0), (arrive, deepest), (leave, deepest), (leave + pull_s, 0)],
             stiffness_nm_per_rad=HAND_NM_PER_RAD,
@@ -184,7 +185,7 @@ def ideal_nm(rows: Record, stiffness: float, surface_rad: float = WALL_RAD) -> A
     return np.asarray(-stiffness * np.maximum(rows["angle_rad"] - surface_rad, 0.0))
 
 
-def measure_push(rows: Record, stiffness: float) -> Push:
+def measure_push(rows: Record, stiffness: float, wall_rad: float = WALL_RAD) -> Push:
     """Measure a visit to the wall."""
     asked = np.abs(rows["desired_torque_nm"])
     peak = float(asked.max())
@@ -192,10 +193,10 @@ def measure_push(rows: Record, stiffness: float) -> Push:
     top = np.flatnonzero(asked >= 0.98 * peak)
     first, last = int(inside[0]), int(inside[-1])
     in_end, out_begin = int(top[0]), int(top[-1])
-    ideal, rendered = ideal_nm(rows, stiffness), rendered_nm(rows)
+    ideal, rendered = ideal_nm(rows, stiffness, wall_rad), rendered_nm(rows)
     error = rendered - ideal
     way_out = slice(out_begin, last + 1)
-    depth = rows["angle_rad"] - WALL_RAD
+    depth = rows["angle_rad"] - wall_rad
     held = rows["brake_capacity_nm"]
     against = np.flatnonzero(rows["sensed_spring_torque_nm"][way_out] > 0)
     crossing = float(depth[out_begin + against[0]] / depth.max()) if len(against) else 0.0
