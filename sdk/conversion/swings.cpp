@@ -441,9 +441,9 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                        rate_hz + " Hz"
                  : "at rest the knob may hum in this: a count of its encoder switches more torque "
                    "than its friction holds") +
-         "; ask for less" +
-         (bounds ? ", because no law bounds a damper, inertia or a local model"
-                 : ", or set the law 'calibrated', which bounds a scene");
+         "; ask for less. The law 'calibrated' bounds a scene, but no law bounds a damper, "
+         "inertia, a "
+         "local model or what a host moves";
 }
 
 }  // namespace torsio::conversion

@@ -42,8 +42,8 @@ class Knob::Impl {
     player.play(encoded);
     std::vector<protocol::ReportBytes> reports = encoded.pieces;
     for (const auto& slot : encoded.slots) reports.push_back(slot.report);
-    warnings.keep(reports);
-    return warnings.of_all(reports);
+    const bool moves = warnings.keep(reports);
+    return warnings.of_all(reports, moves);
   }
 
   std::string stream(const LocalModel& model) {

@@ -26,11 +26,15 @@ class SwingWarnings {
   SwingWarnings(Requests& requests, std::uint32_t control_period_ns)
       : requests_(requests), control_period_ns_(control_period_ns) {}
 
-  /// What plays from here on.
-  void keep(const Reports& scene) {
+  /// What plays from here on. @returns whether the host moves it: no law bounds that
+  bool keep(const Reports& scene) {
     const std::lock_guard lock(mutex_);
+    const bool in_place =
+        scene != scene_ && std::ranges::equal(scene, scene_, {}, &kind_of, &kind_of);
+    changes_ = in_place ? changes_ + 1 : 0;
     scene_ = scene;
     streamed_ = {};
+    return changes_ == kMoves;
   }
 
   /// A local model plays too. @returns as of_all(); empty for one that is not more than another was
@@ -53,7 +57,7 @@ class SwingWarnings {
   }
 
   /// @returns the warning, empty if there is none
-  std::string of_all(const Reports& reports) {
+  std::string of_all(const Reports& reports, bool moves = false) {
     std::shared_ptr<Configs> configs;
     {
       const std::lock_guard lock(mutex_);
@@ -72,8 +76,10 @@ class SwingWarnings {
       const std::lock_guard lock(mutex_);
       configs_ = configs;
     }
-    return conversion::swing_warning(reports, configs->actuator, configs->control,
-                                     control_period_ns_, configs->rests_nm_per_rad);
+    protocol::ControlConfig control = configs->control;
+    if (moves) control.law = protocol::Law::compensated;
+    return conversion::swing_warning(reports, configs->actuator, control, control_period_ns_,
+                                     configs->rests_nm_per_rad);
   }
 
   void forget_configurations() {
@@ -82,6 +88,11 @@ class SwingWarnings {
   }
 
  private:
+  /// So many changes of the same effects in a row.
+  static constexpr int kMoves = 4;
+
+  static std::uint8_t kind_of(const protocol::ReportBytes& report) { return report[0]; }
+
   struct Configs {
     protocol::ActuatorConfig actuator;
     protocol::ControlConfig control;
@@ -93,6 +104,7 @@ class SwingWarnings {
   std::mutex mutex_;  // guards all below, and is not held while the device is asked
   std::shared_ptr<Configs> configs_;
   Reports scene_;
+  int changes_ = 0;      // of the same effects, in a row
   LocalModel streamed_;  // most stiffness and damping since the scene began
 };
 

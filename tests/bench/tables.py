@@ -45,6 +45,7 @@ def _mcu(lines: Lines) -> Tables:
         ("one wall, a sample of telemetry every 40 ticks", "walls, telemetry", 1),
         ("one wall in a soft start, so that each tick decides", "walls, soft start", 1),
         ("one wall, with the law `calibrated`", "walls, calibrated", 1),
+        ("the same in a wall that is bounded", "stiff wall, calibrated", 1),
         ("an impact alone", "impact", 1),
         ("the control law alone, one wall", "control law, walls", 1),
     )  # fmt: skip

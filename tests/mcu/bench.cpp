@@ -46,12 +46,12 @@ void run(std::string_view name, unsigned effects, Fill&& fill, float soft_start_
   measure(name, effects, bench);
 }
 
-void write_walls(Bench& bench, unsigned walls) {
+void write_walls(Bench& bench, unsigned walls, float stiffness_nm_per_rad = 0.01F) {
   for (unsigned slot = 0; slot < walls; ++slot) {
     protocol::Wall wall{{1, 0, static_cast<std::uint8_t>(slot)}};
     wall.side = protocol::Side::below;
     wall.angle_turns_q32 = std::int64_t{1} << 30;
-    wall.stiffness_nm_per_rad = 0.01F;
+    wall.stiffness_nm_per_rad = stiffness_nm_per_rad;
     wall.damping_nm_s_per_rad = 1e-4F;
     bench.send(wall);
   }
@@ -82,6 +82,8 @@ int main() {
         {"walls, motor_only", protocol::Law::motor_only}}) {
     run(name, 1, [](Bench& bench) { write_walls(bench, 1); }, 0, law);
   }
+  const auto stiff = [](Bench& bench) { write_walls(bench, 1, 300.0F); };
+  run("stiff wall, calibrated", 1, stiff, 0, protocol::Law::calibrated);
   mcu::for_each_kind([]<class Report>(std::string_view name, const Report& report) {
     run(name, 1, [&report](Bench& bench) { bench.send(report); });
   });

@@ -457,6 +457,17 @@ def test_weight_of_two_thirds_of_a_detent_rolls_over_it_only_if_beliefs_are_wron
     assert [breaks(case, motion) for motion in motions] == [True, False, False]
 
 
+def test_spring_below_the_limits_of_the_search_swings_if_drag_is_told_double() -> None:
+    plant = replace(PLANT, knob_coulomb_nm=1e-3)
+    spring = Spring(angle_rad=AT_RAD, stiffness_nm_per_rad=30.0, torque_limit_nm=5e-3)
+    visits = [
+        loop(spring, weight(4.25e-3, 0.1), plant=plant, told={"brake_drag_nm": factor})
+        for factor in (1.0, 1.5, 2.0)
+    ]
+    swings = [motion.swing_rad > LASTING_RAD for motion in measure(visits, after_s=6.0)]
+    assert swings == [False, False, True]
+
+
 def test_some_that_the_search_found_last_under_the_law_compensated() -> None:
     """It has neither bound nor trust, so what is found can tell laws apart."""
     lasting = 0

@@ -400,4 +400,10 @@ TEST_CASE("a scene, or a local model, that the knob may swing in plays and retur
   CHECK(knob.play(Scene(4, soft)).empty());
   knob.arm();
   CHECK(contains(knob.stream_local_model({.stiffness_nm_per_rad = 50.0}), "no law bounds"));
+  std::string told;
+  for (int n = 0; n < 5; ++n) {
+    CHECK(told.empty());
+    told = knob.play(Wall{.angle_rad = 0.01 * n, .stiffness_nm_per_rad = 300.0});
+  }
+  CHECK(contains(told, "what a host moves"));
 }

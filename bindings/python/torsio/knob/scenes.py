@@ -47,14 +47,15 @@ class KnobScenes:
         StiffnessWarning
             The scene plays, but a free knob may swing in it for ever, or one that is leant on may
             hum. Together its effects are too stiff, damp too much, have too much inertia, or
-            switch too much within a count. ``"calibrated"`` bounds what depends on the angle.
+            switch too much within a count. ``"calibrated"`` bounds what depends on the angle, but
+            not if you change the same effects four times in a row.
         SceneWarning
             It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
 
         Notes
         -----
-        No law bounds what the host does. A wall that you move and a spring that you stream may
-        swing. Keep them below `stable_stiffness`, and move them slower than a hand moves.
+        A wall that you move and a spring that you stream may swing. Keep them below
+        `stable_stiffness`, and move them slower than a hand moves.
         """
         if isinstance(scene, Effect):
             effects = [scene]
