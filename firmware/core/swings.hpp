@@ -111,12 +111,13 @@ constexpr void watch_spin(BoundState& state) {
   state.looked_counts = state.swing_counts;
 }
 
-/// Share of the help in free air. It ends where the knob has turned for four turns without a rest:
-/// if the friction is told too large, help may turn it for ever.
+/// Share of the help in free air. If the friction is told too large, help may turn the knob for
+/// ever, or swing it on the shaft's spring. So it ends after four turns without a rest, and has no
+/// more trust than the sensor.
 constexpr float help_share(const BoundState& state) {
   const float turns = static_cast<float>(state.swing_counts - state.rested_counts) /
                       static_cast<float>(state.params.turn_counts);
-  return smaller(larger(2.0F - 0.5F * turns, 0.0F), 1.0F);
+  return state.trust * smaller(larger(2.0F - 0.5F * turns, 0.0F), 1.0F);
 }
 
 /// A knob that goes on is led by a hand.

@@ -217,8 +217,9 @@ def test_assisted_knob_comes_to_rest_and_stays(push_nm: float, seconds: float, c
     assert given_j <= 0.8 * taken_j
     if push_nm > 0.01:
         free = simulate(in_free_air(0.0, let_go(push_nm, seconds), counts=counts), duration_s=12.0)
-        # A knob that is thrown turns for longer than the help does.
-        assert np.ptp(rows["angle_rad"]) > 1.25 * np.ptp(free["angle_rad"])
+        # No hand throws a knob, so help ends before its motion does.
+        more = 1.1 if push_nm > 0.05 else 1.5
+        assert np.ptp(rows["angle_rad"]) > more * np.ptp(free["angle_rad"])
 
 
 @pytest.mark.parametrize(("counts", "bandwidth_hz"), [(8192, 400), (65536, 100), (65536, 400)])

@@ -413,6 +413,11 @@ TEST_CASE("help in free air ends from the third turn without a rest to the fifth
     follow_swing(bench.state, 3000);
     CHECK(help_share(bench.state) == Approx(0.5));
   }
+  SUBCASE("it has the sensor's trust") {
+    watch_spin(bench.state);
+    distrust(bench.state);
+    CHECK(help_share(bench.state) == Approx(0.6));
+  }
   SUBCASE("so does a way back") {
     bench.step(0.0, -5);
     CHECK(help_share(bench.state) == 1.0F);
