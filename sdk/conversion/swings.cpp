@@ -419,10 +419,10 @@ class Loop {
 std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                           const protocol::ActuatorConfig& actuator,
                           const protocol::ControlConfig& control, std::uint32_t control_period_ns,
-                          std::atomic<double>& rests_nm_per_rad) {
+                          std::atomic<double>& rests_nm_per_rad, bool host_moves) {
   const core::Resolution resolution =
       core::make_resolution(actuator.counts_per_rev, control_period_ns);
-  const bool bounds = core::traits(static_cast<core::Law>(control.law)).bounds;
+  const bool bounds = !host_moves && core::traits(static_cast<core::Law>(control.law)).bounds;
   const double slope_nm_per_rad = slope_of(reports, resolution, bounds);
   if (slope_nm_per_rad <= rests_nm_per_rad) return {};
   const core::Parts parts = device::wall_parts(actuator, control, resolution);

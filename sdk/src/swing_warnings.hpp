@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -31,10 +32,11 @@ class SwingWarnings {
     const std::lock_guard lock(mutex_);
     const bool in_place =
         scene != scene_ && std::ranges::equal(scene, scene_, {}, &kind_of, &kind_of);
-    changes_ = in_place ? changes_ + 1 : 0;
+    changes_ = in_place ? changes_ + 1U : 0U;
     scene_ = scene;
     streamed_ = {};
-    return changes_ == kMoves;
+    // A judgement takes a while, and the host may move it a thousand times a second.
+    return changes_ >= kMoves && std::has_single_bit(changes_);
   }
 
   /// A local model plays too. @returns as of_all(); empty for one that is not more than another was
@@ -76,10 +78,8 @@ class SwingWarnings {
       const std::lock_guard lock(mutex_);
       configs_ = configs;
     }
-    protocol::ControlConfig control = configs->control;
-    if (moves) control.law = protocol::Law::compensated;
-    return conversion::swing_warning(reports, configs->actuator, control, control_period_ns_,
-                                     configs->rests_nm_per_rad);
+    return conversion::swing_warning(reports, configs->actuator, configs->control,
+                                     control_period_ns_, configs->rests_nm_per_rad, moves);
   }
 
   void forget_configurations() {
@@ -89,7 +89,7 @@ class SwingWarnings {
 
  private:
   /// So many changes of the same effects in a row.
-  static constexpr int kMoves = 4;
+  static constexpr std::uint32_t kMoves = 4;
 
   static std::uint8_t kind_of(const protocol::ReportBytes& report) { return report[0]; }
 
@@ -104,8 +104,8 @@ class SwingWarnings {
   std::mutex mutex_;  // guards all below, and is not held while the device is asked
   std::shared_ptr<Configs> configs_;
   Reports scene_;
-  int changes_ = 0;      // of the same effects, in a row
-  LocalModel streamed_;  // most stiffness and damping since the scene began
+  std::uint32_t changes_ = 0;  // of the same effects, in a row
+  LocalModel streamed_;        // most stiffness and damping since the scene began
 };
 
 }  // namespace torsio

@@ -137,6 +137,11 @@ def test_stiff_wall_that_the_host_moves_is_warned_of_once() -> None:
         assert moved(300.0, 7) == [0, 0, 0, 0, 1, 0, 0]
         knob.play(())
         assert moved(300.0, 4) == [0] * 4
+        knob.play(())
+        assert sum(moved(1.0, 6) + moved(300.0, 6)) == 1
+        knob.disarm()
+        knob.update(law="motor_only")
+        assert moved(300.0, 9) == [1] * 9
 
 
 def test_local_model_adds_to_the_scene() -> None:

@@ -429,6 +429,23 @@ ROLLS = (
 )  # fmt: skip
 
 
+# A weight of half a detent on virtual inertia, and the RP2040's current loop between two walls.
+LAST = (
+    (1477, (0.973049934, 1.850022301, 0.5007097433, 1.999810456, 0.8569439391, 1.807833846,
+         0.5005282851, 1.647892084, 0.781205505, 1.159584982, 1.287699956, 1.162194274,
+         0.7461628618, 0.9628303183, 1.937537549, 1.432025077, 0.000151393897, 0.005029864197,
+         0.8364098381, 0.001328930206, 999.9997159, 0.05166952153, 0.4188224928, 1.716335536,
+         0.9994691413, 1.588860379, 1.300602752, 5.977799204e-07, 0.05582430397, 0.866483517,
+         0.7000043389, 0.09659769362, 0.9040766607, 0.01462948516, 0.165610392)),
+    (1526, (1.965699419, 1.783837919, 0.9790266943, 1.500474906, 0.9362405695, 1.34373636,
+         0.5000689282, 1.521216901, 1.179246389, 1.298920219, 0.8663638373, 1.176170832,
+         1.013879049, 0.7008554228, 1.598983615, 0.657486338, 0.001457217317, 0.003066473155,
+         0.7453026587, 2.417960367e-05, 43.79176397, 0.04308633583, 0.5782182859, 1.915947711,
+         0.2755276157, 0.5745820474, 0.5546258314, 2.040909964e-06, 0.325177408, 0.7360999334,
+         0.8394239275, 0.08294059013, 0.02455518256, 0.03921220516, 0.9331585055)),
+)  # fmt: skip
+
+
 def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
     """The first searches moved fewer values: no gains or noise, no more effects, no hand left."""
     case = list(batches(number + 1, 16, "calibrated"))[number].designs[0]
@@ -452,6 +469,12 @@ def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, .
     """
     case, options = found(number, values)
     assert not breaks(case, confirm(case, options))
+
+
+@pytest.mark.parametrize(("number", "values"), LAST)
+def test_what_the_search_found_lasts_still(number: int, values: tuple[float, ...]) -> None:
+    case, options = found(number, values)
+    assert breaks(case, confirm(case, options))
 
 
 def test_weight_of_two_thirds_of_a_detent_rolls_over_it_only_if_beliefs_are_wrong() -> None:
