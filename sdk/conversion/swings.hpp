@@ -19,6 +19,6 @@ namespace torsio::conversion {
 std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                           const protocol::ActuatorConfig& actuator,
                           const protocol::ControlConfig& control, std::uint32_t control_period_ns,
-                          std::atomic<double>& rests_nm_per_rad, bool host_moves);
+                          std::atomic<double>& rests_nm_per_rad, bool host_moves = false);
 
 }  // namespace torsio::conversion
