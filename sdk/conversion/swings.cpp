@@ -442,8 +442,7 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                  : "at rest the knob may hum in this: a count of its encoder switches more torque "
                    "than its friction holds") +
          "; ask for less. The law 'calibrated' bounds a scene, but no law bounds a damper, "
-         "inertia, a "
-         "local model or what a host moves";
+         "inertia, a local model or what a host moves";
 }
 
 }  // namespace torsio::conversion
