@@ -76,7 +76,7 @@ struct BoundState {
   std::uint32_t flicker_begin = 0;  // tick of the first
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
   std::int32_t looked_counts = 0;   // the same, at the last look
-  std::int32_t rested_counts = 0;   // the same, where the knob last rested at a look
+  std::int32_t rested_counts = 0;   // the same at the last rest; < 0: before that many and a turn
   std::int32_t rattles = 0;         // changes of the count to and fro, less the counts it went on
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up

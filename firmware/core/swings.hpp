@@ -89,7 +89,7 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
 /// it spins: from the second turn on, and from the fifth on at a quarter of the speed. It comes
 /// back at half the speed, in steps that a hand hardly feels.
-constexpr void watch_spin(BoundState& state) {
+constexpr void watch_spin(BoundState& state, std::uint32_t now) {
   const std::int32_t way_counts = state.swing_counts - state.looked_counts;
   const bool far = state.swing_counts / 4 > state.params.turn_counts;
   const std::int32_t spin_counts = far ? state.params.spin_counts / 4 : state.params.spin_counts;
@@ -107,13 +107,14 @@ constexpr void watch_spin(BoundState& state) {
         state.rested_counts > kManyCounts / 2 ? state.rested_counts - kManyCounts / 2 : 0;
     state.flicker_counts = state.swing_counts;
   }
-  if (way_counts == 0) state.rested_counts = state.swing_counts;
+  if (way_counts == 0 && now - state.turned_tick >= kLookTicks)
+    state.rested_counts = state.swing_counts;
   state.looked_counts = state.swing_counts;
 }
 
 /// Share of the help in free air. If the friction is told too large, help may turn the knob for
-/// ever, or swing it on the shaft's spring. So it ends after four turns without a rest, and has no
-/// more trust than the sensor.
+/// ever, to and fro too, or swing it on the shaft's spring. So it ends after four turns without a
+/// rest, whichever way, and has no more trust than the sensor.
 constexpr float help_share(const BoundState& state) {
   const float turns = static_cast<float>(state.swing_counts - state.rested_counts) /
                       static_cast<float>(state.params.turn_counts);
@@ -146,7 +147,7 @@ constexpr void let_off(BoundState& state, std::uint32_t now) {
 
 /// Out of line, for that is rare.
 [[gnu::noinline]] constexpr void watch_hand(BoundState& state, std::uint32_t now) {
-  watch_spin(state);
+  watch_spin(state, now);
   if (state.share == 1.0F || state.spun) return;
   goes_on(state, now);
   let_off(state, now);
@@ -216,6 +217,16 @@ constexpr void judge_slow_swing(BoundState& state, std::uint32_t now, std::int32
   if (swings_evenly(state, now)) distrust(state);
 }
 
+/// The next swing begins. The way since the last rest goes on.
+constexpr void turn_round(BoundState& state, std::uint32_t now) {
+  state.turned_tick = now;
+  state.way = -state.way;
+  state.rested_counts -= state.gone_counts;
+  if (state.rested_counts < -kManyCounts) state.rested_counts = -kManyCounts;
+  state.swing_counts -= state.gone_counts;
+  state.gone_counts = state.flicker_counts = state.swing_counts;
+}
+
 /// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
 /// shorter than a hand's and hardly smaller than those before has regained from the device what
 /// friction took. So the bound goes down, and with it the motor's part of the spring. In the end
@@ -229,10 +240,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   const bool by_hand = begin_touch(state, now);
   const std::int32_t width = state.swing_counts;
   calm_down(state, width);
-  state.turned_tick = now;
-  state.way = -state.way;
-  state.swing_counts -= state.gone_counts;
-  state.gone_counts = state.flicker_counts = state.rested_counts = state.swing_counts;
+  turn_round(state, now);
   const bool could_render = could_have_rendered(state, width);
   state.was_bounded = state.bounded;
   state.turned_nm = asked_torque(state);

@@ -153,8 +153,8 @@ struct Layout<ControlConfig> {
       choice("autonomous", &ControlConfig::autonomous, "on: no watchdog, plays on without a host"),
       number("free_assist_nm", &ControlConfig::free_assist_nm, "N m", 0, max_torque_nm,
              "friction that the motor cancels where the scene asks for nothing, at most three "
-             "quarters of the configured friction, for four turns one way at most; law calibrated "
-             "only"),
+             "quarters of the configured friction, for four turns without a rest at most; law "
+             "calibrated only"),
   };
 };
 

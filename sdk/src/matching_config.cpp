@@ -26,6 +26,8 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   if (plant.electrics) {
     config.brake_time_constant_s =
         plant.electrics->coil_inductance_h / plant.electrics->coil_resistance_ohm;
+    // Its bandwidth is 1 kHz.
+    if (!plant.electrics->predictive) config.motor_time_constant_s = 0.16e-3;
   }
   return config;
 }

@@ -337,7 +337,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "passive_ramp_s", "kind": "number", "doc": "time of the motor's torque to zero when the host is lost", "wire": "passive_ramp_s", "type": "f32", "low": 0.0, "high": 10.0, "unit": "s", "default": 0.05, "shown": true},
       {"name": "passive_brake_nm", "kind": "number", "doc": "the brake's torque during the ramp; 0 releases it", "wire": "passive_brake_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "autonomous", "kind": "switch", "doc": "on: no watchdog, plays on without a host", "wire": "autonomous", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
-      {"name": "free_assist_nm", "kind": "number", "doc": "friction that the motor cancels where the scene asks for nothing, at most three quarters of the configured friction, for four turns one way at most; law calibrated only", "wire": "free_assist_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "free_assist_nm", "kind": "number", "doc": "friction that the motor cancels where the scene asks for nothing, at most three quarters of the configured friction, for four turns without a rest at most; law calibrated only", "wire": "free_assist_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
     ],
   },
   "board_config": {

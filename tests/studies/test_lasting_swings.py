@@ -15,6 +15,7 @@ import pytest
 from torsio import (
     ControlConfig,
     Curve,
+    EndStops,
     ImpedanceHand,
     Inertia,
     NoHand,
@@ -29,8 +30,15 @@ from torsio.perception import TORQUE_JND_NM
 from torsio.printed.hands import Hand, PrescribedMotion
 from torsio.printed.plant import BrakeHysteresis, ShaftHardening
 from torsio.printed.scenes import Effect
-from torsio_studies.falsify.cases import SPACE, Case, batches, options_of
-from torsio_studies.falsify.search import LASTING_RAD, Motion, breaks, confirm, measure
+from torsio_studies.falsify.cases import GAPS_RAD, SPACE, Case, batches, options_of
+from torsio_studies.falsify.search import (
+    LASTING_RAD,
+    Motion,
+    breaks,
+    confirm,
+    is_warned_of,
+    measure,
+)
 
 COUNTS = 32_768
 PLANT = PlantParams(counts_per_rev=COUNTS)
@@ -248,6 +256,26 @@ def test_help_in_free_air_turns_no_knob_for_ever(factor: float) -> None:
     assert measure([thrown], after_s=20.0)[0].swing_rad == 0.0
 
 
+@pytest.mark.parametrize(("gap_rad", "drag_nm"), [(0.4, 1.35e-3), (2.6, 0.72e-3)])
+def test_help_between_stops_drives_no_knob_to_and_fro(gap_rad: float, drag_nm: float) -> None:
+    plant = replace(
+        PLANT,
+        knob_inertia_kg_m2=4.7e-5,
+        knob_viscous_nm_s_per_rad=1.55e-5,
+        knob_coulomb_nm=9e-3,
+        brake_drag_nm=drag_nm,
+    )
+    thrown = loop(
+        EndStops(lower_rad=0.0, upper_rad=gap_rad, stiffness_nm_per_rad=50.0),
+        NoHand(),
+        plant=plant,
+        told={"knob_coulomb_nm": 1.3, "brake_drag_nm": 2.0},
+    )
+    most = replace(thrown.control, free_assist_nm=20e-3)
+    at = InitialState(angle_rad=0.5 * gap_rad, speed_rad_s=2.1)
+    assert measure([replace(thrown, control=most, initial=at)], after_s=60.0)[0].swing_rad == 0.0
+
+
 # Numbers of searches, and where they ended: the first values of `SPACE` in their order. Some
 # searches hung more than half on detents, so a weight may exceed 1.
 FOUND = (
@@ -416,6 +444,12 @@ FOUND = (
          1.474552036, 0.002994190151, 999.6055337, 0.02007076642, 0.5451762566, 1.00955834,
          0.6493415621, 3.719001893, 1.584269204, 9.776234827e-07, 0.03648107146, 0.9127014251,
          0.7409307796, 0.09533990711, 0.9988150896, 0.008635390532, 0.9988953113)),
+    (1526, (1.965699419, 1.783837919, 0.9790266943, 1.500474906, 0.9362405695, 1.34373636,
+         0.5000689282, 1.521216901, 1.179246389, 1.298920219, 0.8663638373, 1.176170832,
+         1.013879049, 0.7008554228, 1.598983615, 0.657486338, 0.001457217317, 0.003066473155,
+         0.7453026587, 2.417960367e-05, 43.79176397, 0.04308633583, 0.5782182859, 1.915947711,
+         0.2755276157, 0.5745820474, 0.5546258314, 2.040909964e-06, 0.325177408, 0.7360999334,
+         0.8394239275, 0.08294059013, 0.02455518256, 0.03921220516, 0.9331585055)),
 )  # fmt: skip
 
 
@@ -428,21 +462,13 @@ ROLLS = (
          1.095593551, 0.03847154657, 0.2776166189, 0.01763835981),
 )  # fmt: skip
 
-
-# A weight of half a detent on virtual inertia, and the RP2040's current loop between two walls.
-LAST = (
-    (1477, (0.973049934, 1.850022301, 0.5007097433, 1.999810456, 0.8569439391, 1.807833846,
-         0.5005282851, 1.647892084, 0.781205505, 1.159584982, 1.287699956, 1.162194274,
-         0.7461628618, 0.9628303183, 1.937537549, 1.432025077, 0.000151393897, 0.005029864197,
-         0.8364098381, 0.001328930206, 999.9997159, 0.05166952153, 0.4188224928, 1.716335536,
-         0.9994691413, 1.588860379, 1.300602752, 5.977799204e-07, 0.05582430397, 0.866483517,
-         0.7000043389, 0.09659769362, 0.9040766607, 0.01462948516, 0.165610392)),
-    (1526, (1.965699419, 1.783837919, 0.9790266943, 1.500474906, 0.9362405695, 1.34373636,
-         0.5000689282, 1.521216901, 1.179246389, 1.298920219, 0.8663638373, 1.176170832,
-         1.013879049, 0.7008554228, 1.598983615, 0.657486338, 0.001457217317, 0.003066473155,
-         0.7453026587, 2.417960367e-05, 43.79176397, 0.04308633583, 0.5782182859, 1.915947711,
-         0.2755276157, 0.5745820474, 0.5546258314, 2.040909964e-06, 0.325177408, 0.7360999334,
-         0.8394239275, 0.08294059013, 0.02455518256, 0.03921220516, 0.9331585055)),
+WARNED = (
+    1477, (0.973049934, 1.850022301, 0.5007097433, 1.999810456, 0.8569439391, 1.807833846,
+     0.5005282851, 1.647892084, 0.781205505, 1.159584982, 1.287699956, 1.162194274,
+     0.7461628618, 0.9628303183, 1.937537549, 1.432025077, 0.000151393897, 0.005029864197,
+     0.8364098381, 0.001328930206, 999.9997159, 0.05166952153, 0.4188224928, 1.716335536,
+     0.9994691413, 1.588860379, 1.300602752, 5.977799204e-07, 0.05582430397, 0.866483517,
+     0.7000043389, 0.09659769362, 0.9040766607, 0.01462948516, 0.165610392),
 )  # fmt: skip
 
 
@@ -456,6 +482,7 @@ def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
         leaves=case.leaves and len(values) > 33,
         helps=case.helps and len(values) > 34,
         simple=case.simple and len(values) > 34,
+        gap_rad=GAPS_RAD[0],
     )
     return case, options_of(case, dict(zip(SPACE, values, strict=False)))
 
@@ -471,10 +498,16 @@ def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, .
     assert not breaks(case, confirm(case, options))
 
 
-@pytest.mark.parametrize(("number", "values"), LAST)
-def test_what_the_search_found_lasts_still(number: int, values: tuple[float, ...]) -> None:
-    case, options = found(number, values)
+def test_weight_of_half_a_detent_rolls_over_it_on_inertia_that_is_warned_of() -> None:
+    case, options = found(*WARNED)
     assert breaks(case, confirm(case, options))
+    assert is_warned_of(options)
+    assert isinstance(options.scene, tuple)
+    *others, inertia = options.scene
+    assert isinstance(inertia, Inertia)
+    assert not breaks(case, confirm(case, replace(options, scene=others)))
+    half = replace(inertia, inertia_kg_m2=0.5 * inertia.inertia_kg_m2)
+    assert not is_warned_of(replace(options, scene=[*others, half]))
 
 
 def test_weight_of_two_thirds_of_a_detent_rolls_over_it_only_if_beliefs_are_wrong() -> None:

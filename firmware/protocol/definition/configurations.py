@@ -105,7 +105,7 @@ CONTROL_CONFIG = _configuration(
     torque(
         "free_assist_nm",
         "friction that the motor cancels where the scene asks for nothing, at most three quarters of the "
-        "configured friction, for four turns one way at most; law calibrated only",
+        "configured friction, for four turns without a rest at most; law calibrated only",
         default=0.0,
     ),
 )  # fmt: skip

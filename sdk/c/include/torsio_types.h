@@ -559,7 +559,7 @@ typedef struct torsio_control_config {
   /// true: no watchdog, plays on without a host
   bool autonomous;
   /// friction that the motor cancels where the scene asks for nothing, at most three quarters of
-  /// the configured friction, for four turns one way at most; law calibrated only; 0 to 100
+  /// the configured friction, for four turns without a rest at most; law calibrated only; 0 to 100
   double free_assist_nm;
 } torsio_control_config;
 TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* structure);

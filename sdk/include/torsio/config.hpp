@@ -88,7 +88,7 @@ struct ControlConfig {
   double passive_brake_nm = 0.0;  ///< the brake's torque during the ramp; 0 releases it; 0 to 100
   bool autonomous = false;        ///< true: no watchdog, plays on without a host
   /// friction that the motor cancels where the scene asks for nothing, at most three quarters of
-  /// the configured friction, for four turns one way at most; law calibrated only; 0 to 100
+  /// the configured friction, for four turns without a rest at most; law calibrated only; 0 to 100
   double free_assist_nm = 0.0;
 };
 

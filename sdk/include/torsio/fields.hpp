@@ -413,8 +413,8 @@ struct Fields<ControlConfig> {
                        "on: no watchdog, plays on without a host"),
                  field("free_assist_nm", &ControlConfig::free_assist_nm, "N m", 0.0, 100.0,
                        "friction that the motor cancels where the scene asks for nothing, at most "
-                       "three quarters of the configured friction, for four turns one way at most; "
-                       "law calibrated only"));
+                       "three quarters of the configured friction, for four turns without a rest "
+                       "at most; law calibrated only"));
   }
 };
 template <>

@@ -384,17 +384,17 @@ TEST_CASE("from its fifth turn on a knob spins at a quarter of the speed") {
   bench.state.params.spin_counts = 400;
   for (int n = 0; n < 20; ++n) {
     follow_swing(bench.state, 200);
-    watch_spin(bench.state);
+    watch_spin(bench.state, kLookTicks);
   }
   CHECK(bench.state.trust == 1.0F);
   follow_swing(bench.state, 210);  // beyond four turns
-  watch_spin(bench.state);
+  watch_spin(bench.state, kLookTicks);
   CHECK(bench.state.trust == Approx(0.6));
   follow_swing(bench.state, 60);
-  watch_spin(bench.state);
+  watch_spin(bench.state, kLookTicks);
   CHECK(bench.state.trust == Approx(0.6));
   follow_swing(bench.state, 40);
-  watch_spin(bench.state);
+  watch_spin(bench.state, kLookTicks);
   CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));
 }
 
@@ -404,23 +404,35 @@ TEST_CASE("help in free air ends from the third turn without a rest to the fifth
   CHECK(help_share(bench.state) == 1.0F);
   for (const double share : {1.0, 1.0, 0.5, 0.0, 0.0}) {
     follow_swing(bench.state, 1000);
-    watch_spin(bench.state);
+    watch_spin(bench.state, kLookTicks);
     CHECK(help_share(bench.state) == Approx(share));
   }
   SUBCASE("a rest begins anew") {
-    watch_spin(bench.state);
+    watch_spin(bench.state, kLookTicks);
     CHECK(help_share(bench.state) == 1.0F);
     follow_swing(bench.state, 3000);
     CHECK(help_share(bench.state) == Approx(0.5));
   }
   SUBCASE("it has the sensor's trust") {
-    watch_spin(bench.state);
+    watch_spin(bench.state, kLookTicks);
     distrust(bench.state);
     CHECK(help_share(bench.state) == Approx(0.6));
   }
-  SUBCASE("so does a way back") {
+  SUBCASE("a way back does not, but a rest on it") {
+    bench.now = 1000;
     bench.step(0.0, -5);
+    CHECK(help_share(bench.state) == 0.0F);
+    bench.state.looked_counts = bench.state.swing_counts;
+    watch_spin(bench.state, 1001 + kLookTicks - 1);  // it has turned round since the last look
+    CHECK(help_share(bench.state) == 0.0F);
+    watch_spin(bench.state, 1001 + kLookTicks);
     CHECK(help_share(bench.state) == 1.0F);
+  }
+  SUBCASE("ways to and fro for hours are followed, too") {
+    for (int n = 0; n < 100; ++n) {
+      bench.step(0.0, n % 2 == 0 ? -kManyCounts / 2 : kManyCounts / 2);
+      CHECK(help_share(bench.state) == 0.0F);
+    }
   }
 }
 
@@ -430,12 +442,12 @@ TEST_CASE("a knob that turns one way for hours is followed as in its first turn"
   bench.state.params.spin_counts = 1000;
   for (const std::int32_t way : {kManyCounts - 10, 20}) {
     follow_swing(bench.state, way);
-    watch_spin(bench.state);
+    watch_spin(bench.state, kLookTicks);
   }
   CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));  // it is slow again
   for (int n = 0; n < 8; ++n) {
     follow_swing(bench.state, kManyCounts / 4);
-    watch_spin(bench.state);
+    watch_spin(bench.state, kLookTicks);
     CHECK(bench.state.swing_counts < kManyCounts);
     CHECK(bench.state.swing_counts == bench.state.gone_counts);
     CHECK(bench.state.looked_counts == bench.state.swing_counts);

@@ -145,7 +145,8 @@ class ControlConfig(checks.ByName):
         True: no watchdog, plays on without a host.
     free_assist_nm
         Friction that the motor cancels where the scene asks for nothing, at most three quarters of
-        the configured friction, for four turns one way at most; law calibrated only; 0 to 100.
+        the configured friction, for four turns without a rest at most; law calibrated only; 0 to
+        100.
     """
 
     _: KW_ONLY

@@ -51,11 +51,12 @@ ExtraName = Literal["nothing", "damper", "damped wall", "inertia", "texture", "i
 EXTRAS: Final[tuple[ExtraName, ...]] = get_args(ExtraName)
 RATES_HZ: Final = (10_000, 20_000)
 COUNTS: Final = (2048, 8192, 32_768, 131_072)
+GAPS_RAD: Final = (0.04, 0.4, 4.0, 12.0)  # the first is a search's own, less for stiff walls
 
 _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
 _HOLDABLE_BY_DETENTS: Final = 0.5  # a weight that comes quickly overshoots, and then rolls on
 _AT_RAD: Final = 0.05
-_SIMPLE_LOOP: Final = Electrics(predictive=False, current_period_s=0.0, output_delay_s=50e-6)
+_SIMPLE_LOOP: Final = Electrics(predictive=False, current_period_s=0.0, output_delay_s=100e-6)
 _SETTLED_S: Final = 0.3  # by then a hand is done
 _LEFT_S: Final = 0.5  # the same, for one that leaves
 
@@ -127,6 +128,7 @@ class Case:
     leaves: bool = False  # the hand draws the knob back to where the scene begins
     helps: bool = False  # in free air, as calibration proposes it
     simple: bool = False  # the RP2040's current loop, with electrics at its rate
+    gap_rad: float = GAPS_RAD[0]  # at most, between walls or stops
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,7 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             noisy=noisy and extra != "inertia",  # which noise would shake
             leaves=bool(random.random() < 0.5), helps=bool(random.random() < 0.5),
             simple=bool(random.random() < 0.5) and electrics and rate_hz == RATES_HZ[0],
+            gap_rad=float(random.choice(GAPS_RAD)),
         )  # fmt: skip
         yield Batch(law, number, (case,), tries)
 
@@ -264,7 +267,8 @@ def _extra(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effec
 def _springs(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
     stiffness, limit_nm = value["stiffness_nm_per_rad"], value["limit_nm"]
     wall = Wall(angle_rad=at_rad, stiffness_nm_per_rad=stiffness)
-    far_rad = at_rad - min(0.04, limit_nm / stiffness)
+    narrow_rad = min(GAPS_RAD[0], limit_nm / stiffness)
+    far_rad = at_rad - (narrow_rad if case.gap_rad == GAPS_RAD[0] else case.gap_rad)
     scenes: dict[SceneName, tuple[Effect, ...]] = {
         "wall": (wall,),
         "spring": (Spring(angle_rad=at_rad, stiffness_nm_per_rad=stiffness),),

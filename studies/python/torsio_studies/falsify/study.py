@@ -17,7 +17,7 @@ from torsio_studies.design.store import Store
 from torsio_studies.falsify.cases import SPACE, batches
 from torsio_studies.falsify.search import DRIVEN_W, LASTING_RAD, LOUD_NM, evaluate_batch
 
-EVALUATION = 12
+EVALUATION = 13
 """Raise it when a try gives other numbers: results of different ones are never mixed."""
 
 
@@ -45,6 +45,7 @@ def run(study: Study) -> Results:
         "searches": cases,
         "tries": int(columns["tries"].sum()),
         "counter_examples": int(columns["breaks"].sum()),
+        "warned": int(columns["warned"].sum()),
         "broke_early": int(columns["broke_early"].sum()),
         "space": SPACE,
         "lasting_rad": LASTING_RAD,
@@ -58,8 +59,8 @@ def show(results: Results, console: Console) -> None:
     line(
         console,
         f"tries: {results['tries']:,}, searches: {results['searches']}, counter-examples: "
-        f"{results['counter_examples']}; generations that broke the law at 1.8 s, and whose worst "
-        f"try ran again: {results['broke_early']:,}",
+        f"{results['counter_examples']}, of which `play` warns: {results['warned']}; generations "
+        f"that broke the law at 1.8 s, and whose worst try ran again: {results['broke_early']:,}",
     )
     shown = table("scene", "hand", "rate, counts", "swing, mrad", "motor, mW", "above 20 Hz, mN·m")
     for row in results["rows"] or results["worst"]:
