@@ -1,9 +1,24 @@
 #include "core/controller.hpp"
 
+#include <limits>
+
 #include "core/swings.hpp"
 
 namespace torsio::core {
 namespace {
+
+/// The sensor's inertia, none while the brake slides. A piece of a bent shaft is chosen anew.
+void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool slides) {
+  const BrakeSideParams& known = shaft.middle().brake_side;
+  BrakeSideParams& used = sensor.piece.brake_side;
+  if (slides) {
+    used = {};
+  } else if (!shaft.bent()) {
+    used = known;
+  } else if (used.inertia_ratio == 0.0F && known.inertia_ratio != 0.0F) {
+    sensor.piece.low_nm = std::numeric_limits<float>::infinity();
+  }
+}
 
 /// Out of line: otherwise every tick keeps its values in registers.
 [[gnu::noinline]] void watch_sensor(ControllerState& state, const ControllerParams& params) {
@@ -13,10 +28,12 @@ namespace {
   if (absolute(spring_nm) > state.bound.trust * (capacity_nm + countered_nm)) {
     judge_ringing(state.bound, spring_nm, state.tick);
   }
+  if (state.tick % 32 != 0) return;
+  const float drags_nm = static_cast<float>(-state.bound.way) * spring_nm;
+  judge_slide(state.bound, drags_nm - capacity_nm, state.tick);
+  choose_brake_side(state.sensor, params.shaft, state.bound.slides >= kSlides);
   // Slower than that is every hand.
-  if (state.tick % kLookTicks == 0) {
-    watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
-  }
+  if (state.tick % kLookTicks == 0) watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
 }
 
 /// Senses the spring's torque with a known brake, and keeps the ledger.
@@ -83,12 +100,11 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
   // Where time takes the scene's torque away, the knob has not moved.
   if (timed_nm != 0.0F) bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
   if (bound.new_scene) {
-    bound.drag_nm = 0.0F;
-    timed_nm = asked_nm - asked_torque(bound);
+    bound.drag_nm = timed_nm = 0.0F;
     bound.params = params.bound;
     set_share(bound, bound.share);
+    begin_scene(bound, asked_nm);
   }
-  bound.new_scene = false;
   return bound_torque(state, asked_nm, timed_nm, delta_counts);
 }
 

@@ -10,7 +10,7 @@ namespace torsio::core {
 struct SoftSensorState {
   float spring_torque_nm = 0;  // on the knob
   float slipped_nm = 0;        // that the spring lost in the last tick, by the brake's turning
-  ShaftPiece piece{};          // where a bent shaft is now; a straight one needs none
+  ShaftPiece piece{};          // where a bent shaft is now; of a straight one its brake's side
 };
 
 /// Torque of the shaft's spring on the knob: it winds up with the knob's motion and slips through
@@ -48,7 +48,8 @@ constexpr float sense_piece(SoftSensorState& state, const ShaftPiece& piece, flo
                             float capacity_nm) {
   const float stiffness = piece.stiffness_nm_per_rad;
   if constexpr (kDriven) {
-    return sense_driven_spring(state, piece.brake_side, stiffness, delta_rad, capacity_nm);
+    const BrakeSideParams side = state.piece.brake_side;
+    return sense_driven_spring(state, side, stiffness, delta_rad, capacity_nm);
   } else {
     return sense_spring(state, stiffness, delta_rad, capacity_nm);
   }

@@ -81,7 +81,6 @@ struct BoundState {
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
   bool spun = false;                // it is less, for the knob spins
-  std::uint32_t even_swings = 0;    // as slow as a hand's, in a row that did not get smaller
   float calm = 1;                   // share of virtual inertia that does not make a count flicker
   float drag_nm = 0;                // of the brake's, that it takes up: follow_drag()
   bool on_line = false;             // `line_nm` is followed too, beside the asked torque
@@ -99,6 +98,10 @@ struct BoundState {
   float outer_counts = 0;    // this one's begin from there; 0: it lies in none
   float absorbed = 0;        // N m counts, by what was given since the outermost line began
   float in_time_nm = 0;      // its part that does not come from the knob's motion
+  std::uint32_t slides = 0;     // changes in a row from more than the brake's capacity to less
+  bool slid_up = false;         // which of them was last
+  std::uint32_t slide_tick = 0;  // of that change
+  float slide_nm = 0;            // asked when they began
   bool rang_up = false;  // which way the sensed torque last went beyond what the motor may take up
   std::uint32_t rings = 0;      // in a row that it did so to and fro
   std::uint32_t ring_tick = 0;  // of the last one
@@ -247,6 +250,12 @@ constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, floa
   state.was_bounded = state.was_bounded || state.bounded;
   state.last_nm = state.on_line ? kNoNumber : asked_nm;
   return given_nm;
+}
+
+/// A change that a host makes passes: a line of the scene before would not end in this one.
+constexpr void begin_scene(BoundState& state, float asked_nm) {
+  state.new_scene = state.on_line = state.bounded = false;
+  state.last_nm = asked_nm;
 }
 
 /// One tick, after the swing has been followed: compares the change of the asked torque with a

@@ -26,9 +26,6 @@ inline constexpr std::int32_t kNarrowCounts = 6;
 /// narrow by turns.
 inline constexpr std::uint32_t kFading = 6;
 
-/// So many slow swings in a row that did not get smaller and no hand makes them.
-inline constexpr std::uint32_t kEven = 16;
-
 /// So many swings in a row that did not get smaller come from no push.
 inline constexpr std::uint32_t kUnexpected = 4;
 
@@ -41,6 +38,13 @@ inline constexpr std::int32_t kRattles = 8;
 
 /// So many changes of side in a row and the sensor rings.
 inline constexpr std::uint32_t kRings = 8;
+
+/// So many changes in a row from more than the brake's capacity to less and the brake swings on the
+/// shaft's spring while it slips.
+inline constexpr std::uint32_t kSlides = 24;
+
+/// A hand may notice a torque that trembles by more.
+inline constexpr float kNoticedNm = 1e-3F;
 
 /// Takes off so much that a swing loses, and not all of what a hand feels.
 constexpr void soften(BoundState& state, float least_share) {
@@ -69,31 +73,26 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
-/// Whether the knob swings as slowly as a hand would, but on and on. One that rests or goes on one
-/// way for long has done with it.
-constexpr bool swings_evenly(const BoundState& state, std::uint32_t now) {
-  return state.even_swings >= kEven && now - state.turned_tick < 10 * state.params.slow_ticks;
-}
-
 /// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
 /// knob's own is as slow.
 /// @returns whether it was a hand's
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, most_share(state));
-  if (is_slower(state, now, state.params.slow_ticks) && !swings_evenly(state, now))
-    state.trust = 1.0F;
+  if (is_slower(state, now, state.params.slow_ticks)) state.trust = 1.0F;
   return true;
 }
 
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
-/// it spins: from the second turn on, and from the fifth on at a quarter of the speed. It comes
-/// back at half the speed, in steps that a hand hardly feels.
+/// it spins: from the second turn on, and from the fifth on at a quarter of the speed. A scene that
+/// brakes the knob takes more off than is wrong. The trust comes back at half the speed, in steps
+/// that a hand hardly feels.
 constexpr void watch_spin(BoundState& state, std::uint32_t now) {
   const std::int32_t way_counts = state.swing_counts - state.looked_counts;
   const bool far = state.swing_counts / 4 > state.params.turn_counts;
   const std::int32_t spin_counts = far ? state.params.spin_counts / 4 : state.params.spin_counts;
-  if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts) {
+  const bool braked = static_cast<float>(state.way) * asked_torque(state) < 0.0F;
+  if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts && !braked) {
     state.spun = true;
     distrust(state);
   } else if (state.spun && way_counts <= spin_counts / 2) {
@@ -204,17 +203,29 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
   if (state.rings == kRings + kUnexpected && soft) ++state.unexpected_swings;
 }
 
+/// A hand turns the knob on against a torque that at most doubles, so the brake slips. It then
+/// swings on the shaft's spring. The motor cancels all of that, so nothing damps it, and what is
+/// wrong in the model makes it grow. From then on the sensor knows no inertia, until the knob turns
+/// back, or the scene asks for another torque.
+/// @param beyond_nm sensed against the knob's motion, beyond the brake's capacity
+constexpr void judge_slide(BoundState& state, float beyond_nm, std::uint64_t tick) {
+  const float asked_nm = asked_torque(state);
+  if (!(absolute(asked_nm - state.slide_nm) < absolute(state.slide_nm))) {
+    state.slide_nm = asked_nm;
+    state.slides = 0;
+  }
+  const bool up = beyond_nm > 0.0F;
+  const bool far = state.swing_counts > state.params.turn_counts / 24;
+  if (up == state.slid_up || absolute(beyond_nm) < kNoticedNm || !far) return;
+  const auto now = static_cast<std::uint32_t>(tick);
+  state.slides = now - state.slide_tick <= state.params.slow_ticks ? state.slides + 1 : 0;
+  state.slid_up = up;
+  state.slide_tick = now;
+}
+
 /// A wide swing without a flicker gives virtual inertia back.
 constexpr void calm_down(BoundState& state, std::int32_t width_counts) {
   if (width_counts > kNarrowCounts && state.flickers < kFlickers) state.calm = 1.0F;
-}
-
-/// Swings as slow as a hand's cost trust if they go on evenly.
-constexpr void judge_slow_swing(BoundState& state, std::uint32_t now, std::int32_t width_counts,
-                                bool smaller_now) {
-  const bool wider_now = width_counts * 7 > (state.widest_counts + 1) * 8;
-  state.even_swings = smaller_now || wider_now ? 0 : state.even_swings + 1;
-  if (swings_evenly(state, now)) distrust(state);
 }
 
 /// The next swing begins. The way since the last rest goes on.
@@ -225,6 +236,7 @@ constexpr void turn_round(BoundState& state, std::uint32_t now) {
   if (state.rested_counts < -kManyCounts) state.rested_counts = -kManyCounts;
   state.swing_counts -= state.gone_counts;
   state.gone_counts = state.flicker_counts = state.swing_counts;
+  state.slides = 0;
 }
 
 /// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
@@ -247,7 +259,6 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   state.flickered = false;
   // A swing may look a count wider or narrower than it is.
   const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
-  if (slow) judge_slow_swing(state, now, width, smaller_now);
   if (slow || (smaller_now && ++state.fading >= kFading)) {
     state.swings = state.fading = 0;
     state.widest_counts = width;

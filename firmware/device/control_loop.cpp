@@ -323,7 +323,7 @@ void ControlLoop::change(Phase phase, Owner owner, std::uint32_t ticks) {
 /// Begins or ends a torque.
 void ControlLoop::enter(Phase phase, Owner owner, std::uint32_t ticks) {
   change(phase, owner, ticks);
-  controller_.bound.drag_nm = 0.0F;  // a hand may have turned the knob meanwhile
+  controller_.bound.new_scene = true;  // a hand may have turned the knob meanwhile
   lateness_ = 0;
   local_model_ticks_left_ = 0;
   excitation_.on = false;

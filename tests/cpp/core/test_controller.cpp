@@ -170,7 +170,10 @@ TEST_CASE("a knob that spins loses the trust until it is slow again, but no flyw
   };
   for (const double way : {1.0, -1.0}) {
     core::ControllerState state;
-    const core::Constant push{0.01F, {}};
+    const core::Constant push{0.01F * static_cast<float>(way), {}};
+    const core::Constant brake{-0.01F * static_cast<float>(way), {}};
+    core::ControllerState braked;
+    CHECK(turn(braked, brake, way * 30.0) == 1.0F);
     CHECK(turn(state, push, way * 19.0) == 1.0F);
     CHECK(turn(state, push, way * 21.0) < 0.5F);
     // Beyond four turns it is slow at a quarter of the speed.

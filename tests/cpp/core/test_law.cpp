@@ -220,6 +220,7 @@ TEST_CASE("a shaft with knees beyond reach, or none, is the straight one to the 
     const core::ShaftParams shaft = core::make_shaft_params(2.873F, knees, 4e-5F, 1e-3F, 6e-3F);
     core::SoftSensorState bent;
     core::SoftSensorState straight;
+    straight.piece = shaft.middle();
     std::mt19937 random(12);
     std::uniform_real_distribution<float> way(-5e-3F, 5e-3F);
     std::uniform_real_distribution<float> holds(0.0F, 0.1F);

@@ -29,21 +29,6 @@ TEST_CASE("a hand that pushes on slowly renews the bound, though it never turns 
   CHECK(bench.state.share == 1.0F);
 }
 
-TEST_CASE("slow swings that go on evenly cost the trust, and an uneven one gives it back") {
-  BoundBench bench;
-  const auto slow_swing = [&bench](int counts, int sign) {
-    for (int n = 0; n < 300; ++n) bench.step(0.0, 0);
-    bench.swing(counts, sign);
-  };
-  int sign = 1;
-  for (int n = 0; n < 16; ++n, sign = -sign) slow_swing(50, sign);
-  CHECK(bench.state.trust == 1.0F);
-  for (int n = 0; n < 4; ++n, sign = -sign) slow_swing(50, sign);
-  CHECK(bench.state.trust < 0.4F);
-  for (int n = 0; n < 3; ++n, sign = -sign) slow_swing(80, sign);
-  CHECK(bench.state.trust == 1.0F);
-}
-
 TEST_CASE("virtual inertia that makes a creeping count flicker is taken back until a wide swing") {
   // For each count on, two to and fro or one.
   for (const int period : {5, 3}) {
