@@ -7,16 +7,22 @@
 namespace torsio::core {
 namespace {
 
-/// The sensor's inertia, none while the brake slides. A piece of a bent shaft is chosen anew.
-void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool slides) {
+/// The sensor's inertia, none while the brake slides. When it is known again it has the knob's
+/// speed. A piece of a bent shaft is chosen anew.
+void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool slides,
+                       float delta_rad) {
   const BrakeSideParams& known = shaft.middle().brake_side;
   BrakeSideParams& used = sensor.piece.brake_side;
   if (slides) {
     used = {};
-  } else if (!shaft.bent()) {
-    used = known;
   } else if (used.inertia_ratio == 0.0F && known.inertia_ratio != 0.0F) {
-    sensor.piece.low_nm = std::numeric_limits<float>::infinity();
+    if (shaft.bent()) {
+      sensor.slipped_nm = -sensor.piece.stiffness_nm_per_rad * delta_rad;
+      sensor.piece.low_nm = std::numeric_limits<float>::infinity();
+    } else {
+      sensor.slipped_nm = -shaft.middle().stiffness_nm_per_rad * delta_rad;
+      used = known;
+    }
   }
 }
 
@@ -29,9 +35,11 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
     judge_ringing(state.bound, spring_nm, state.tick);
   }
   if (state.tick % 32 != 0) return;
-  const float drags_nm = static_cast<float>(-state.bound.way) * spring_nm;
-  judge_slide(state.bound, drags_nm - capacity_nm, state.tick);
-  choose_brake_side(state.sensor, params.shaft, state.bound.slides >= kSlides);
+  const float way = static_cast<float>(state.bound.way);
+  const float speed_counts = state.motion.speed_counts_per_tick;
+  judge_slide(state.bound, -way * spring_nm - capacity_nm, way * speed_counts, state.tick);
+  choose_brake_side(state.sensor, params.shaft, state.bound.slides >= kSlides,
+                    speed_counts * params.motion.resolution.rad_per_count);
   // Slower than that is every hand.
   if (state.tick % kLookTicks == 0) watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
 }

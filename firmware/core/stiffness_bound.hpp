@@ -102,6 +102,8 @@ struct BoundState {
   bool slid_up = false;         // which of them was last
   std::uint32_t slide_tick = 0;  // of that change
   float slide_nm = 0;            // asked when they began
+  float speed_counts = 0;        // in a tick, along the way, in the mean of a swing
+  float slide_counts = 0;        // the same once the changes are enough
   bool rang_up = false;  // which way the sensed torque last went beyond what the motor may take up
   std::uint32_t rings = 0;      // in a row that it did so to and fro
   std::uint32_t ring_tick = 0;  // of the last one
@@ -252,9 +254,13 @@ constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, floa
   return given_nm;
 }
 
-/// A change that a host makes passes: a line of the scene before would not end in this one.
+/// A change that a host makes passes: a line of the scene before would not end in this one. The
+/// same scene, or nearly, keeps its line.
 constexpr void begin_scene(BoundState& state, float asked_nm) {
-  state.new_scene = state.on_line = state.bounded = false;
+  state.new_scene = false;
+  const float before_nm = asked_torque(state);
+  if (absolute(asked_nm - before_nm) < 0.25F * absolute(before_nm)) return;
+  state.on_line = state.bounded = false;
   state.last_nm = asked_nm;
 }
 

@@ -85,8 +85,8 @@ constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
 
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
 /// it spins: from the second turn on, and from the fifth on at a quarter of the speed. A scene that
-/// brakes the knob takes more off than is wrong. The trust comes back at half the speed, in steps
-/// that a hand hardly feels.
+/// brakes the knob takes more off than is wrong. The trust comes back at half the speed, or without
+/// inertia, in steps that a hand hardly feels.
 constexpr void watch_spin(BoundState& state, std::uint32_t now) {
   const std::int32_t way_counts = state.swing_counts - state.looked_counts;
   const bool far = state.swing_counts / 4 > state.params.turn_counts;
@@ -95,7 +95,7 @@ constexpr void watch_spin(BoundState& state, std::uint32_t now) {
   if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts && !braked) {
     state.spun = true;
     distrust(state);
-  } else if (state.spun && way_counts <= spin_counts / 2) {
+  } else if ((state.spun && way_counts <= spin_counts / 2) || state.slides >= kSlides) {
     state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
     state.spun = state.trust < 1.0F;
   }
@@ -206,11 +206,16 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
 /// A hand turns the knob on against a torque that at most doubles, so the brake slips. It then
 /// swings on the shaft's spring. The motor cancels all of that, so nothing damps it, and what is
 /// wrong in the model makes it grow. From then on the sensor knows no inertia, until the knob turns
-/// back, or the scene asks for another torque.
-/// @param beyond_nm sensed against the knob's motion, beyond the brake's capacity
-constexpr void judge_slide(BoundState& state, float beyond_nm, std::uint64_t tick) {
+/// back or gets slow, or the scene asks for another torque.
+/// @param beyond_nm    sensed against the knob's motion, beyond the brake's capacity
+/// @param speed_counts of the knob in a tick, along its way
+constexpr void judge_slide(BoundState& state, float beyond_nm, float speed_counts,
+                           std::uint64_t tick) {
   const float asked_nm = asked_torque(state);
-  if (!(absolute(asked_nm - state.slide_nm) < absolute(state.slide_nm))) {
+  const bool same = absolute(asked_nm - state.slide_nm) < absolute(state.slide_nm);
+  state.speed_counts += 0.0625F * (speed_counts - state.speed_counts);
+  const bool slow = state.slides >= kSlides && state.speed_counts < 0.6F * state.slide_counts;
+  if (!same || slow) {
     state.slide_nm = asked_nm;
     state.slides = 0;
   }
@@ -219,6 +224,7 @@ constexpr void judge_slide(BoundState& state, float beyond_nm, std::uint64_t tic
   if (up == state.slid_up || absolute(beyond_nm) < kNoticedNm || !far) return;
   const auto now = static_cast<std::uint32_t>(tick);
   state.slides = now - state.slide_tick <= state.params.slow_ticks ? state.slides + 1 : 0;
+  if (state.slides == kSlides) state.slide_counts = state.speed_counts;
   state.slid_up = up;
   state.slide_tick = now;
 }

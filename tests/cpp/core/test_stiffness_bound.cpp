@@ -237,6 +237,29 @@ TEST_CASE("a scene that is new comes up whole where the knob is; then its walls 
   }
 }
 
+TEST_CASE("a scene that is new ends the line of the one before, unless it asks nearly the same") {
+  for (const float asked_nm : {-0.03F, -0.51F, 0.2F, 0.0F}) {
+    BoundBench bench;
+    bench.step(0.0, 1);
+    bench.step(-0.4, 1);  // a line begins
+    CHECK(bench.state.bounded);
+    begin_scene(bench.state, asked_nm);
+    CHECK(asked_torque(bench.state) == asked_nm);
+    CHECK_FALSE(bench.state.bounded);
+    CHECK_FALSE(bench.state.new_scene);
+    const auto asked = static_cast<double>(asked_nm);
+    CHECK(bench.step(asked, 0) == Approx(asked));
+    CHECK(bench.step(asked, -1) == Approx(asked));
+    CHECK(bench.step(asked, 1) == Approx(asked));
+  }
+  BoundBench bench;
+  bench.step(0.0, 1);
+  const double given_nm = bench.step(-0.4, 1);
+  begin_scene(bench.state, -0.45F);
+  CHECK(bench.step(-0.45, 0) == given_nm);
+  CHECK(bench.state.bounded);
+}
+
 TEST_CASE("the ordinary tick bounds as the one with everything in it does, to the bit") {
   ControllerParams params;
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);

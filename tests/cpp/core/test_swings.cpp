@@ -383,6 +383,53 @@ TEST_CASE("from its fifth turn on a knob spins at a quarter of the speed") {
   CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));
 }
 
+TEST_CASE("a sensor that goes to and fro about what the brake holds, while a hand turns on, slides") {
+  BoundBench bench;
+  BoundState& state = bench.state;
+  state.params.turn_counts = 240;
+  state.swing_counts = 11;
+  std::uint64_t tick = 0;
+  float speed_counts = 1.0F;
+  const auto swing = [&](std::uint32_t times, float asked_nm, float beyond_nm = 2e-3F) {
+    state.last_nm = asked_nm;
+    for (std::uint32_t n = 0; n < times; ++n) {
+      judge_slide(state, n % 2 == 0 ? beyond_nm : -beyond_nm, speed_counts, tick += 100);
+    }
+    return state.slides >= kSlides;
+  };
+  SUBCASE("until the knob turns back") {
+    CHECK_FALSE(swing(kSlides - 2, -0.03F));
+    CHECK(swing(2, -0.03F));
+    CHECK(swing(1, -0.05F));
+    turn_round(state, 0);
+    CHECK(state.slides == 0);
+  }
+  SUBCASE("until the knob is slow") {
+    state.speed_counts = 1.0F;
+    CHECK(swing(40, -0.03F));
+    speed_counts = 0.7F;
+    CHECK(swing(100, -0.03F));
+    speed_counts = 0.5F;
+    CHECK_FALSE(swing(30, -0.03F));
+  }
+  SUBCASE("until the scene asks for another torque") {
+    CHECK(swing(40, -0.03F));
+    for (const float other_nm : {0.0F, -0.07F, 0.03F}) {
+      CHECK_FALSE(swing(1, other_nm));
+      CHECK(swing(40, -0.03F));
+    }
+  }
+  SUBCASE("not slowly, not in free air, not in a short press, and not by what nobody notices") {
+    CHECK_FALSE(swing(40, 0.0F));
+    CHECK_FALSE(swing(40, -0.03F, 0.9e-3F));
+    state.params.slow_ticks = 99;
+    CHECK_FALSE(swing(40, -0.03F));
+    state.params.slow_ticks = 150;
+    state.swing_counts = 10;
+    CHECK_FALSE(swing(40, -0.03F));
+  }
+}
+
 TEST_CASE("help in free air ends from the third turn without a rest to the fifth") {
   BoundBench bench;
   bench.state.params.turn_counts = 1000;

@@ -95,6 +95,14 @@ TEST_CASE("the emulated plant is the reference actuator by default, and its conf
         protocol::encode(protocol::ActuatorConfig{}));
 }
 
+TEST_CASE("a plant with a simple current loop has a Pico's lag") {
+  PlantParams plant;
+  plant.electrics = Electrics{};
+  CHECK(matching_config(plant).motor_time_constant_s == 44e-6);
+  plant.electrics->predictive = false;
+  CHECK(matching_config(plant).motor_time_constant_s == 0.16e-3);
+}
+
 TEST_CASE("a shaft's curve must grow, and a refusal says where it does not") {
   const auto refusal = [](const ShaftConfig& config) {
     try {

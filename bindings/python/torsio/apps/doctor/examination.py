@@ -261,7 +261,7 @@ def check_beliefs(facts: KnobFacts) -> Finding:
         "beliefs",
         False,
         f"the knob has swung to and fro {swings} times in scenes that its configured parts can "
-        "render; so a configured value no longer holds",
+        "render; so a configured value may no longer hold",
         "run `torsio calibrate` with nobody touching the knob, and keep what it finds",
         values,
     )
