@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -61,7 +62,7 @@ def turning(speed_rad_s: float, last_s: float, nm_per_rad: float = 3.0) -> Imped
 
 
 def hum_nm(options: LoopOptions) -> float:
-    """What the motor does above 20 Hz once a hand has turned the knob for three seconds."""
+    """Measure the motor above 20 Hz once a hand has turned the knob for three seconds."""
     one = ClosedLoop(options)
     every = round(1e9 / options.control_period_ns) // HEARD_HZ
     one.run(duration_s=3.0, record_every=every)
@@ -82,7 +83,7 @@ def test_motor_does_not_hum_so_on_any_knob_with_any_beliefs() -> None:
         return value * math.exp(random.uniform(math.log(low), math.log(high)))
 
     for _ in range(40):
-        true = {
+        true: dict[str, Any] = {
             name: of(getattr(PLANT, name), 0.5, 2.0)
             for name in (
                 *("knob_inertia_kg_m2", "knob_coulomb_nm", "brake_inertia_kg_m2", "brake_drag_nm"),
@@ -97,7 +98,7 @@ def test_motor_does_not_hum_so_on_any_knob_with_any_beliefs() -> None:
             electrics=Electrics() if random.random() < 0.3 else None,
         )
         right = plant.matching_config()
-        told = {
+        told: dict[str, Any] = {
             name: of(getattr(right, name), 0.7, 1.3)
             for name in (
                 *("knob_inertia_kg_m2", "knob_coulomb_nm", "brake_inertia_kg_m2"),

@@ -383,7 +383,8 @@ TEST_CASE("from its fifth turn on a knob spins at a quarter of the speed") {
   CHECK(bench.state.trust == Approx(0.6 + 1.0 / 16));
 }
 
-TEST_CASE("a sensor that goes to and fro about what the brake holds, while a hand turns on, slides") {
+TEST_CASE(
+    "a sensor that goes to and fro about what the brake holds, while a hand turns on, slides") {
   BoundBench bench;
   BoundState& state = bench.state;
   state.params.turn_counts = 240;
