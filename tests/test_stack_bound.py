@@ -50,13 +50,13 @@ def test_bound_adds_every_interrupt_and_what_the_processor_pushes() -> None:
     def empty(address: str, name: str) -> str:
         return f"{address} <{name}>:\n{address}:\tpush\t{{r4, lr}}\n\n"
 
-    handlers = ("_ZN7on_tickEv", "dcd_rp2040_irq", "alarm_pool_irq_handler")
+    handlers = ("_ZN7on_tickEv", "dcd_rp2040_irq")
     listing = LISTING.replace("<root>:", "<main>:").replace("<root+", "<main+")
     listing += "".join(empty(f"2000010{n}", name) for n, name in enumerate(handlers))
     listing += empty("20000200", "runtime_init")
     deepest = bound(listing, frozenset(), "rp2040", 4096)
     assert deepest.main_bytes == 60 + LARGE
-    assert deepest.interrupt_bytes == 3 * (8 + 36 + 8)
+    assert deepest.interrupt_bytes == 2 * (8 + 36 + 8)
     assert deepest.path == ["main", "large"]
 
 

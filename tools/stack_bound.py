@@ -51,8 +51,8 @@ INDIRECT: dict[str, tuple[str, ...]] = {
     r"dcd_event_handler": (),
     # The SDK calls its own initialisers.
     r"runtime_init|runtime_run_initializers": (r"(__pre_init_)?runtime_init_.*",),
-    # Nothing is registered there: no alarms, no transactional memory.
-    r"alarm_pool_irq_handler|(de)?register_tm_clones": (),
+    # Nothing is registered there: no transactional memory.
+    r"(de)?register_tm_clones": (),
     # The next handler of the same interrupt is an interrupt of the list below.
     r"irq_handler_chain_.*": (),
 }
@@ -65,7 +65,7 @@ ROM_BYTES = 256
 # Before the program: they set the stack pointer, then call these one after the other.
 START = r"_enter_vtable_in_r0|platform_entry|_entry_point|_reset_handler"
 PROGRAM = ("runtime_init", "main")
-INTERRUPTS = (r".*7on_(step|tick)Ev", r"dcd_rp2040_irq", r"alarm_pool_irq_handler")
+INTERRUPTS = (r".*7on_(step|tick)Ev", r"dcd_rp2040_irq")
 # The processor itself pushes these: 8 registers, 17 of floating point with one of padding, and 4
 # bytes of alignment; and the SDK's chain of handlers for a shared interrupt.
 EXCEPTION_BYTES = {"rp2040": 36 + 8, "rp2350": 108 + 8}

@@ -255,11 +255,11 @@ constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, floa
 }
 
 /// A change that a host makes passes: a line of the scene before would not end in this one. The
-/// same scene, or nearly, keeps its line.
+/// same scene, or nearly, keeps its line while less is given than asked.
 constexpr void begin_scene(BoundState& state, float asked_nm) {
   state.new_scene = false;
   const float before_nm = asked_torque(state);
-  if (absolute(asked_nm - before_nm) < 0.25F * absolute(before_nm)) return;
+  if (state.bounded && absolute(asked_nm - before_nm) < 0.25F * absolute(before_nm)) return;
   state.on_line = state.bounded = false;
   state.last_nm = asked_nm;
 }

@@ -258,6 +258,10 @@ TEST_CASE("a scene that is new ends the line of the one before, unless it asks n
   begin_scene(bench.state, -0.45F);
   CHECK(bench.step(-0.45, 0) == given_nm);
   CHECK(bench.state.bounded);
+  BoundBench soft;
+  soft.step(-0.1, 0, -0.1);
+  begin_scene(soft.state, -0.12F);
+  CHECK(soft.step(-0.12, -1) == Approx(-0.12));
 }
 
 TEST_CASE("the ordinary tick bounds as the one with everything in it does, to the bit") {
