@@ -35,7 +35,7 @@ struct StableStiffness {
 /// brake carry) d would. Friction takes 4 f / (pi v), least where the motor saturates, at v = Tmm /
 /// sqrt(K J). Both are equal at the limit. A fifth is taken off the friction's part, for what the
 /// describing function leaves out.
-/// @param parts period_s, rad_per_count, knob_inertia_kg_m2 and motor_torque_max_nm > 0
+/// @param parts period_s, rad_per_count and knob_inertia_kg_m2 > 0
 constexpr StableStiffness stable_stiffness(const Parts& parts) {
   const float held_s = 0.5F * parts.period_s;
   const float late_s = held_s + parts.motor_time_constant_s + parts.delay_s;
@@ -58,9 +58,10 @@ constexpr StableStiffness stable_stiffness(const Parts& parts) {
   }
   const float lag_s = late_s - held_s;
   const auto cause = lag_s > held_s ? StabilityLimit::lag : StabilityLimit::rate;
-  // One count switches the whole motor.
+  // One count switches the whole motor. A motor that is weaker than the friction moves nothing.
   const float one_count = parts.motor_torque_max_nm / parts.rad_per_count;
-  if (one_count < stiffness) return {one_count, StabilityLimit::counts};
+  const bool moves = parts.motor_torque_max_nm > parts.knob_coulomb_nm;
+  if (moves && one_count < stiffness) return {one_count, StabilityLimit::counts};
   return {stiffness, cause};
 }
 

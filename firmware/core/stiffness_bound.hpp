@@ -37,15 +37,17 @@ inline constexpr float kSpinRadPerS = 20.0F;
 
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
 /// well above the stable stiffness and comes down when it must. One count switches no more than
-/// half the motor.
+/// half the motor, unless that is too weak to move the knob against its friction.
 /// @param friction_nm dry friction of the knob. A torque that changes by no more from count to
 ///                    count leaves a knob at rest where it is
 constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
                                         float motor_torque_max_nm, float friction_nm) {
   BoundParams params;
   params.slope_nm_per_count =
-      smaller(kFirstStiffness * stable.stiffness_nm_per_rad * resolution.rad_per_count,
-              0.5F * motor_torque_max_nm);
+      kFirstStiffness * stable.stiffness_nm_per_rad * resolution.rad_per_count;
+  if (motor_torque_max_nm > friction_nm) {
+    params.slope_nm_per_count = smaller(params.slope_nm_per_count, 0.5F * motor_torque_max_nm);
+  }
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);
   params.slow_ticks = round_to_u32(0.15F / resolution.period_s);
   params.quiet_share =

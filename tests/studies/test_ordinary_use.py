@@ -22,6 +22,7 @@ from torsio import (
     Friction,
     ImpedanceHand,
     PlantParams,
+    PrescribedMotion,
     TorqueHand,
     Wall,
 )
@@ -176,3 +177,18 @@ def test_soft_wall_is_whole_though_a_hand_leant_on_a_stiff_one_before(
     asked_nm = -soft.stiffness_nm_per_rad * (rows["angle_rad"] - soft.angle_rad)
     late = rows["time_s"] > rows["time_s"][0] + 0.5
     assert np.max(np.abs(given_nm - asked_nm)[late]) < 0.4 * TORQUE_JND_NM
+
+
+@pytest.mark.parametrize(
+    "effect", [Wall(angle_rad=0.02, stiffness_nm_per_rad=1.7), Friction(torque_nm=0.05)]
+)
+def test_brake_alone_holds_a_hand_as_under_other_laws(effect: Effect) -> None:
+    press = PrescribedMotion(angle_rad=[(0.0, 0.0), (0.3, 0.0), (1.0, 0.06), (1.5, 0.06)])
+    given_nm = []
+    for law in ("calibrated", "compensated"):
+        control = ControlConfig(law=law, beta=1.0, motor_torque_cap_nm=0.0)
+        options = replace(loop(effect, turning(0.0, 1.0)), hand=press, control=control)
+        rows = ClosedLoop(options).run(duration_s=1.0, record_every=10)
+        given_nm.append(np.mean(rows["spring_torque_nm"][rows["time_s"] > 0.95]))
+    assert given_nm[0] < -40e-3
+    assert abs(given_nm[0] - given_nm[1]) < 0.2 * TORQUE_JND_NM

@@ -210,6 +210,19 @@ TEST_CASE("the bound begins no higher than where one count switches half the mot
   CHECK(params.slope_nm_per_count == Approx(0.025));
 }
 
+TEST_CASE("a motor that is too weak to move the knob bounds nothing") {
+  for (const float motor_nm : {0.0F, 5e-3F}) {
+    Parts parts{5e-5F, 2e-4F, 1e-4F, 0.0F, 1e-4F, 6e-3F};
+    parts.motor_torque_max_nm = motor_nm;
+    const StableStiffness stable = stable_stiffness(parts);
+    CHECK(stable.limited_by != StabilityLimit::counts);
+    CHECK(stable.stiffness_nm_per_rad > 1000.0F);
+    const BoundParams params =
+        make_bound_params(stable, make_resolution(8192, 100'000), motor_nm, 6e-3F);
+    CHECK(params.slope_nm_per_count > 1.0F);
+  }
+}
+
 TEST_CASE("a scene that is new comes up whole where the knob is; then its walls are bounded") {
   ControllerParams params;
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
