@@ -31,6 +31,12 @@ struct StableStiffness {
   StabilityLimit limited_by = StabilityLimit::rate;
 };
 
+/// Whether the motor moves the knob against its friction. Else one count switches nothing that
+/// moves.
+constexpr bool moves_knob(float motor_torque_max_nm, float knob_coulomb_nm) {
+  return motor_torque_max_nm > knob_coulomb_nm;
+}
+
 /// A spring that acts late by d feeds every swing, as negative damping of (K - what spring and
 /// brake carry) d would. Friction takes 4 f / (pi v), least where the motor saturates, at v = Tmm /
 /// sqrt(K J). Both are equal at the limit. A fifth is taken off the friction's part, for what the
@@ -58,9 +64,9 @@ constexpr StableStiffness stable_stiffness(const Parts& parts) {
   }
   const float lag_s = late_s - held_s;
   const auto cause = lag_s > held_s ? StabilityLimit::lag : StabilityLimit::rate;
-  // One count switches the whole motor. A motor that is weaker than the friction moves nothing.
+  // One count switches the whole motor.
   const float one_count = parts.motor_torque_max_nm / parts.rad_per_count;
-  const bool moves = parts.motor_torque_max_nm > parts.knob_coulomb_nm;
+  const bool moves = moves_knob(parts.motor_torque_max_nm, parts.knob_coulomb_nm);
   if (moves && one_count < stiffness) return {one_count, StabilityLimit::counts};
   return {stiffness, cause};
 }

@@ -37,7 +37,7 @@ inline constexpr float kSpinRadPerS = 20.0F;
 
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
 /// well above the stable stiffness and comes down when it must. One count switches no more than
-/// half the motor, unless that is too weak to move the knob against its friction.
+/// half the motor, if the motor moves the knob at all.
 /// @param friction_nm dry friction of the knob. A torque that changes by no more from count to
 ///                    count leaves a knob at rest where it is
 constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
@@ -45,7 +45,7 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, const Res
   BoundParams params;
   params.slope_nm_per_count =
       kFirstStiffness * stable.stiffness_nm_per_rad * resolution.rad_per_count;
-  if (motor_torque_max_nm > friction_nm) {
+  if (moves_knob(motor_torque_max_nm, friction_nm)) {
     params.slope_nm_per_count = smaller(params.slope_nm_per_count, 0.5F * motor_torque_max_nm);
   }
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);

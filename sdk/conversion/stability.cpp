@@ -24,7 +24,9 @@ const char* name(core::StabilityLimit limit) {
 /// volts it needs. Together both limits give less than either, as two springs in series;
 /// tests/studies/test_bench_stiffness.py tries it with the boards' electrics.
 double with_steps(double stiffness_nm_per_rad, const core::Parts& parts) {
-  if (parts.motor_torque_max_nm <= parts.knob_coulomb_nm) return stiffness_nm_per_rad;
+  if (!core::moves_knob(parts.motor_torque_max_nm, parts.knob_coulomb_nm)) {
+    return stiffness_nm_per_rad;
+  }
   const double whole_motor_in_a_count =
       static_cast<double>(parts.motor_torque_max_nm) / static_cast<double>(parts.rad_per_count);
   return stiffness_nm_per_rad * whole_motor_in_a_count /

@@ -18,11 +18,16 @@ import pytest
 from torsio import (
     ControlConfig,
     Damper,
+    Detents,
     EmulatorOptions,
     Friction,
     ImpedanceHand,
+    Inertia,
+    Periodic,
     PlantParams,
     PrescribedMotion,
+    Spring,
+    Timing,
     TorqueHand,
     Wall,
 )
@@ -192,3 +197,63 @@ def test_brake_alone_holds_a_hand_as_under_other_laws(effect: Effect) -> None:
         given_nm.append(np.mean(rows["spring_torque_nm"][rows["time_s"] > 0.95]))
     assert given_nm[0] < -40e-3
     assert abs(given_nm[0] - given_nm[1]) < 0.2 * TORQUE_JND_NM
+
+
+# Open: a cure turns these red.
+
+
+@pytest.mark.parametrize(
+    ("effect", "least", "most_plain"),
+    [
+        (Spring(stiffness_nm_per_rad=0.05), 10e-3, 2e-3),
+        (Detents(per_turn=24, torque_nm=0.025), 5e-3, 3.5e-3),
+    ],
+)
+def test_sensor_rings_in_a_wheel_that_is_turned_to_and_fro_with_a_shaft_told_too_stiff(
+    effect: Effect, least: float, most_plain: float
+) -> None:
+    times_s = np.arange(0.0, 20.0, 0.02)
+    angles_rad = np.sin(math.pi * times_s / 0.8)
+    way = list(zip(times_s.tolist(), angles_rad.tolist(), strict=True))
+    hand = replace(turning(1.0, 1.0), intended_angle_rad=way)
+    right = PLANT.matching_config()
+    stiff = replace(right, spring_stiffness_nm_per_rad=1.02 * right.spring_stiffness_nm_per_rad)
+    errors_nm = []
+    for law in ("calibrated", "compensated"):
+        options = replace(loop(effect, hand, law), actuator=stiff)
+        rows = ClosedLoop(options).run(duration_s=20.0, record_every=10)
+        errors_nm.append(np.sqrt(np.mean(missed_nm(rows)[rows["time_s"] > 10.0] ** 2)))
+    assert errors_nm[0] > least
+    assert errors_nm[1] < most_plain
+
+
+def test_much_virtual_inertia_leaves_a_knob_beside_its_spring() -> None:
+    spring = Spring(stiffness_nm_per_rad=0.2)
+    left_rad = []
+    for law in ("calibrated", "compensated"):
+        options = replace(
+            loop(spring, turning(0.0, 1.0), law),
+            scene=[Inertia(inertia_kg_m2=2e-4), spring],
+            plant=replace(PLANT, counts_per_rev=8192),
+            hand=TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 0.06), (0.5, 0.06), (0.51, 0.0)]),
+        )
+        left_rad.append(abs(ClosedLoop(options).run(duration_s=8.0)["angle_rad"][-1]))
+    assert left_rad[0] > 0.4
+    assert left_rad[1] < 0.02
+
+
+@pytest.mark.parametrize("stiffness_nm_per_rad", [1.7, 3.0, 8.0])
+def test_wall_misses_torque_after_a_rumble_until_the_hand_lets_off(
+    stiffness_nm_per_rad: float,
+) -> None:
+    wall = Wall(angle_rad=0.05, stiffness_nm_per_rad=stiffness_nm_per_rad)
+    rumble = Periodic(
+        amplitude_nm=8e-3, frequency_hz=25.0, timing=Timing(delay_s=2.0, duration_s=2.0)
+    )
+    deep_rad = 0.07 + 0.06 / stiffness_nm_per_rad
+    lean = [(0.0, 0.0), (0.5, deep_rad), (9.0, deep_rad)]
+    options = loop(wall, replace(turning(1.0, 1.0), intended_angle_rad=lean))
+    rows = ClosedLoop(replace(options, scene=[wall, rumble])).run(duration_s=6.0, record_every=10)
+    missed = np.abs(missed_nm(rows))
+    assert np.max(missed[(rows["time_s"] > 1.5) & (rows["time_s"] < 2.0)]) < 1e-3
+    assert 12e-3 < np.max(missed[rows["time_s"] > 4.5]) < 16e-3
