@@ -38,10 +38,12 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
   const float way = static_cast<float>(state.bound.way);
   const float speed_counts = state.motion.speed_counts_per_tick;
   judge_slide(state.bound, -way * spring_nm - capacity_nm, way * speed_counts, state.tick);
-  choose_brake_side(state.sensor, params.shaft, state.bound.slides >= kSlides,
-                    speed_counts * params.motion.resolution.rad_per_count);
   // Slower than that is every hand.
-  if (state.tick % kLookTicks == 0) watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
+  if (state.tick % kLookTicks != 0) return;
+  choose_brake_side(state.sensor, params.shaft,
+                    state.bound.slides >= kSlides || state.bound.doubt > 0,
+                    speed_counts * params.motion.resolution.rad_per_count);
+  watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
 }
 
 /// Senses the spring's torque with a known brake, and keeps the ledger.
@@ -106,7 +108,10 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
   float timed_nm = in_time_nm - bound.in_time_nm;
   bound.in_time_nm = in_time_nm;
   // Where time takes the scene's torque away, the knob has not moved.
-  if (timed_nm != 0.0F) bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
+  if (timed_nm != 0.0F) {
+    bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
+    bound.timed_tick = static_cast<std::uint32_t>(state.tick);
+  }
   if (bound.new_scene) {
     bound.drag_nm = timed_nm = 0.0F;
     bound.params = params.bound;
@@ -187,6 +192,14 @@ struct Outcome {
   return {desired_nm, share_bounded(state, params, motion, desired_nm, true, spring_nm)};
 }
 
+/// Share of virtual inertia. One count switches no more than half the motor, as in a wall. More
+/// shakes a knob with few counts, and drives it on.
+float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
+  const float one_count = params.motion.speed_gain * params.motion.acceleration_scale;
+  const float most_kg_m2 = 0.5F * params.partition.motor_torque_max_nm / one_count;
+  return inertia_kg_m2 > most_kg_m2 ? most_kg_m2 / inertia_kg_m2 : 1.0F;
+}
+
 [[gnu::noinline]] Outcome run_full(ControllerState& state, const ControllerParams& params,
                                    const Plan& plan, const Motion& motion, float scene_nm) {
   const Resolution& resolution = params.motion.resolution;
@@ -209,11 +222,24 @@ struct Outcome {
     if (plan.scene != nullptr) {
       in_time_nm += evaluate_timed(*plan.scene, state.scene, resolution, state.tick);
     }
-    desired_nm = bound_all(state, params, desired_nm, in_time_nm, motion.delta_counts);
-    shares = share_bounded(state, params, motion, desired_nm, !plan.inertia, spring_nm);
-    state.scene.inertia_share = state.bound.trust * state.bound.calm;
+    // Virtual inertia follows the acceleration, not the angle. So it is not bounded.
+    float inertia_nm = 0.0F;
+    if (plan.inertia_kg_m2 != 0.0F) {
+      inertia_nm =
+          plan.gain * evaluate_inertia(*plan.scene, state.scene, motion, resolution, state.tick);
+      state.scene.inertia_nm = inertia_nm;
+    }
+    desired_nm = inertia_nm +
+                 bound_all(state, params, desired_nm - inertia_nm, in_time_nm, motion.delta_counts);
+    shares =
+        share_bounded(state, params, motion, desired_nm, plan.inertia_kg_m2 == 0.0F, spring_nm);
+    state.scene.inertia_share =
+        state.bound.trust * state.bound.calm * inertia_share(params, plan.inertia_kg_m2);
     // A flywheel may spin, and that is no rest.
-    if (plan.inertia) state.bound.looked_counts = state.bound.swing_counts - 1;
+    if (plan.inertia_kg_m2 != 0.0F) {
+      state.bound.looked_counts = state.bound.swing_counts - 1;
+      state.bound.rested_tick = state.bound.moved_tick;
+    }
   } else {
     shares = partition(params.partition, desired_nm, spring_nm);
   }

@@ -75,7 +75,7 @@ struct Plan : Play {
   bool once = false;                      // the next tick needs a new plan
   bool impacts = false;                   // the scene has some
   bool bounds = false;                    // the law calibrated plays
-  bool inertia = false;                   // the same, and the scene has some
+  float inertia_kg_m2 = 0;                // of the scene, if the same plays
   ExcitationState* excitation = nullptr;  // instead of the law
 };
 
@@ -109,19 +109,20 @@ inline Plan plan_of(const ControllerParams& params, const BoundState& bound, con
   };
   plan.impacts = is(has_impacts);
   plan.bounds = traits(params.partition.law).bounds;
-  plan.inertia = plan.bounds && is(has_inertia);
+  if (plan.bounds) plan.inertia_kg_m2 = inertia_kg_m2(play.scene);
   const bool in_time = plan.bounds && is(plays_in_time);
   // A change of the plan has yet to reach the bound.
   const bool pending = plan.bounds && !in_time && (bound.new_scene || bound.in_time_nm != 0.0F);
   plan.once = play.passes() || pending;
-  if (plan.once || plan.impacts || plan.inertia || in_time) return plan;
+  if (plan.once || plan.impacts || plan.inertia_kg_m2 != 0.0F || in_time) return plan;
   plan.pipeline = least_pipeline(params);
   return plan;
 }
 
-/// The scene's torque for a law that bounds, at the last tick, and its impacts' torque.
+/// The scene's torque for a law that bounds, at the last tick, with what passes the bound.
 inline float asked_torque(const ControllerState& state, const Plan& plan) {
-  return asked_torque(state.bound) + (plan.impacts ? state.scene.knock_nm : 0.0F);
+  const float inertia_nm = plan.inertia_kg_m2 != 0.0F ? state.scene.inertia_nm : 0.0F;
+  return asked_torque(state.bound) + inertia_nm + (plan.impacts ? state.scene.knock_nm : 0.0F);
 }
 
 struct ControllerOutputs {

@@ -294,16 +294,21 @@ bool shakes(const Scene& scene) {
   return false;
 }
 
-template <typename Kind>
-bool has(const Scene& scene) {
+bool has_impacts(const Scene& scene) {
   for (std::uint32_t i = 0; i < scene.active; ++i) {
-    if (std::holds_alternative<Kind>(scene.effect[scene.order[i]])) return true;
+    if (std::holds_alternative<Impact>(scene.effect[scene.order[i]])) return true;
   }
   return false;
 }
 
-bool has_impacts(const Scene& scene) { return has<Impact>(scene); }
-bool has_inertia(const Scene& scene) { return has<Inertia>(scene); }
+float inertia_kg_m2(const Scene* scene) {
+  float sum_kg_m2 = 0.0F;
+  for (std::uint32_t i = 0; scene != nullptr && i < scene->active; ++i) {
+    const auto* inertia = std::get_if<Inertia>(&scene->effect[scene->order[i]]);
+    if (inertia != nullptr) sum_kg_m2 += inertia->inertia_kg_m2;
+  }
+  return sum_kg_m2;
+}
 
 float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
                   const Resolution& resolution, const std::uint64_t& tick, float motor_nm,
@@ -334,6 +339,18 @@ float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
   }
   state.impacts_tick = tick;
   return told_nm;
+}
+
+float evaluate_inertia(const Scene& scene, SceneState& state, const Motion& motion,
+                       const Resolution& resolution, const std::uint64_t& tick) {
+  float sum_nm = 0.0F;
+  for (std::uint32_t i = 0; i < scene.active; ++i) {
+    const std::uint32_t slot = scene.order[i];
+    const Moment now{scene, motion, resolution, tick, state, slot};
+    if (const auto* inertia = std::get_if<Inertia>(&scene.effect[slot]))
+      sum_nm += torque_nm(*inertia, now);
+  }
+  return sum_nm;
 }
 
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,

@@ -63,6 +63,7 @@ struct SceneState {
   std::uint64_t impacts_tick = 0;  // the last tick with an active impact
   float knock_nm = 0;              // torque that all of them together gave then
   float inertia_share = 1;         // of its torque that an Inertia gives
+  float inertia_nm = 0;            // that all of them gave at the last tick that had some
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.
@@ -80,13 +81,20 @@ bool plays_in_time(const Scene& scene);
 /// Whether one of the active effects turns its torque to and fro, whatever the knob does.
 bool shakes(const Scene& scene);
 
+/// The part of that sum that comes from virtual inertia.
+float evaluate_inertia(const Scene& scene, SceneState& state, const Motion& motion,
+                       const Resolution& resolution, const std::uint64_t& tick);
+
 /// The part of that sum that plays in time.
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
                      const std::uint64_t& tick);
 
-/// Whether one of the active effects is an Impact, or an Inertia.
+/// Whether one of the active effects is an Impact.
 bool has_impacts(const Scene& scene);
-bool has_inertia(const Scene& scene);
+
+/// Sum of the active effects' virtual inertia.
+/// @param scene nullptr: none
+float inertia_kg_m2(const Scene* scene);
 
 /// Adds the impacts' torque to the motor's command for the rest of the scene. A torque beyond the
 /// limits is not given, and does not count in their energy. Apart from the other effects, which

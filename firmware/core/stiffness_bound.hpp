@@ -21,6 +21,7 @@ struct BoundParams {
   float quiet_share = 1;            // of it with which a count switches less than friction holds
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
   std::uint32_t noise_ticks = 0;    // a shorter one may be the encoder's noise under a slow hand
+  float swing_nm = 0;               // that moves the knob's inertia by a count a tick in a tick
   float held_nm = 0;                // a knob that is let off may rest against this much
   std::int32_t turn_counts = std::numeric_limits<std::int32_t>::max();
   std::int32_t spin_counts = std::numeric_limits<std::int32_t>::max();  // from look to look
@@ -35,13 +36,20 @@ inline constexpr std::uint32_t kLookTicks = 256;
 /// Few hands turn a knob as fast for more than a turn.
 inline constexpr float kSpinRadPerS = 20.0F;
 
+/// After a ring the sensor does without the brake's inertia for so many turns, and for twice as
+/// many after each ring more.
+inline constexpr std::uint32_t kFirstDoubt = 64;
+inline constexpr std::uint32_t kMostDoubt = 2048;
+
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
 /// well above the stable stiffness and comes down when it must. One count switches no more than
 /// half the motor, if the motor moves the knob at all.
-/// @param friction_nm dry friction of the knob. A torque that changes by no more from count to
-///                    count leaves a knob at rest where it is
+/// @param inertia_kg_m2 of the knob
+/// @param friction_nm   dry friction of the knob. A torque that changes by no more from count to
+///                      count leaves a knob at rest where it is
 constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
-                                        float motor_torque_max_nm, float friction_nm) {
+                                        float motor_torque_max_nm, float inertia_kg_m2,
+                                        float friction_nm) {
   BoundParams params;
   params.slope_nm_per_count =
       kFirstStiffness * stable.stiffness_nm_per_rad * resolution.rad_per_count;
@@ -50,6 +58,8 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, const Res
   }
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);
   params.slow_ticks = round_to_u32(0.15F / resolution.period_s);
+  params.swing_nm =
+      inertia_kg_m2 * resolution.rad_per_count / (resolution.period_s * resolution.period_s);
   params.quiet_share =
       smaller(larger(friction_nm / params.slope_nm_per_count, params.least_share), 1.0F);
   params.flicker_ticks = round_to_u32(1.0F / resolution.period_s);
@@ -79,6 +89,8 @@ struct BoundState {
   std::int32_t flicker_counts = 0;  // how far the swing had come when they began
   std::int32_t looked_counts = 0;   // the same, at the last look
   std::int32_t rested_counts = 0;   // the same at the last rest; < 0: before that many and a turn
+  std::uint32_t moved_tick = 0;     // of the last look that saw it move on
+  std::uint32_t rested_tick = 0;    // of the first since it rested or turned
   std::int32_t rattles = 0;         // changes of the count to and fro, less the counts it went on
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
@@ -109,6 +121,13 @@ struct BoundState {
   bool rang_up = false;  // which way the sensed torque last went beyond what the motor may take up
   std::uint32_t rings = 0;      // in a row that it did so to and fro
   std::uint32_t ring_tick = 0;  // of the last one
+  std::uint32_t doubt = 0;      // turns for which the sensor does without the brake's inertia
+  std::uint32_t next_doubt = kFirstDoubt;  // as many after the next ring
+  std::uint32_t turns = 0;  // where the parts could render, since the last of `unexpected_swings`
+  std::uint32_t timed_tick = 1U << 31;  // when `in_time_nm` last changed; as yet long ago
+  bool shaken = false;                  // it changed while a swing was judged
+  std::int32_t pushes =
+      0;  // looks at which the scene drove the swing that goes on, twice, less others
 };
 
 /// Two energies are equal if they differ by less: they are rounded.

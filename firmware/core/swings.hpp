@@ -29,6 +29,14 @@ inline constexpr std::uint32_t kFading = 6;
 /// So many swings in a row that did not get smaller come from no push.
 inline constexpr std::uint32_t kUnexpected = 4;
 
+/// With right values, less than one turn in so many begins a swing that lasts.
+inline constexpr std::uint32_t kExpectedTurns = 50;
+
+/// A knob that goes on for so many slow swings may be driven by a wrong guess, but not without its
+/// trust up to the second number.
+inline constexpr std::uint32_t kCreeps = 128;
+inline constexpr std::uint32_t kLed = 136;
+
 /// So many changes of the count in a row are a flicker and no step of a hand.
 inline constexpr std::uint32_t kFlickers = 8;
 
@@ -73,32 +81,90 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
+/// Whether the knob comes back as if nobody held it. The scene has pushed it on for half of the
+/// way, and not as friction does, for less than a third. A constant torque M swings it over w
+/// within sqrt(4 w J / M), a spring within 1.1 times that. Of M a quarter to twice will do.
+[[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
+  const auto ticks = static_cast<float>(now - state.turned_tick);
+  const float took_nm = state.params.swing_nm * static_cast<float>(state.swing_counts);
+  const float back_nm = -static_cast<float>(state.way) * asked_torque(state) * ticks * ticks;
+  return state.pushes > 0 && took_nm > 0.0625F * back_nm && took_nm < 0.5F * back_nm;
+}
+
+/// Whether a hand has made the swing that goes on, or what swings is nothing that lives on a wrong
+/// guess. While that guess is in doubt, a flung knob may swing as slowly as a hand.
+constexpr bool is_slow(const BoundState& state, std::uint32_t now) {
+  return is_slower(state, now, state.params.slow_ticks) &&
+         (state.doubt == 0 || !swings_freely(state, now));
+}
+
+/// Whether the knob has gone on for longer than a hand turns it without a rest.
+constexpr bool has_crept(const BoundState& state) {
+  return state.moved_tick - state.rested_tick > kCreeps * state.params.slow_ticks;
+}
+
 /// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
 /// knob's own is as slow.
 /// @returns whether it was a hand's
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, most_share(state));
-  if (is_slower(state, now, state.params.slow_ticks)) state.trust = 1.0F;
+  if (is_slow(state, now) && !has_crept(state)) state.trust = 1.0F;
   return true;
+}
+
+/// Few hands turn a knob on for as long without a rest. A motor that takes off more than there is
+/// may drive it. So the trust goes, and the knob rests until a hand moves it anew. One that goes on
+/// without the trust is led by a hand, which gets it back.
+constexpr bool creeps(BoundState& state, std::int32_t way_counts, std::uint32_t now) {
+  if (way_counts > 0) {
+    const std::uint32_t rest_ticks =
+        state.params.slow_ticks > kLookTicks ? state.params.slow_ticks : kLookTicks;
+    const bool led = state.moved_tick - state.rested_tick > kLed * state.params.slow_ticks;
+    if (now - state.moved_tick > rest_ticks || led) state.rested_tick = now;
+    state.moved_tick = now;
+  }
+  return has_crept(state) && way_counts <= state.params.spin_counts / 4;
+}
+
+/// Whether the scene has braked the knob for some slow swings, while it turned on.
+constexpr bool is_led(const BoundState& state, std::int32_t way_counts, std::uint32_t now) {
+  const bool braked = static_cast<float>(state.way) * asked_torque(state) < 0.0F;
+  return braked && way_counts > 0 && is_slower(state, now, 4 * state.params.slow_ticks);
+}
+
+/// At a look, tells a swing that the scene drives from one that it brakes.
+constexpr void count_push(BoundState& state, float along_nm) {
+  if (along_nm > 0.0F) state.pushes += 2;
+  if (along_nm < 0.0F) --state.pushes;
 }
 
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
 /// it spins: from the second turn on, and from the fifth on at a quarter of the speed. A scene that
-/// brakes the knob takes more off than is wrong. The trust comes back at half the speed, or without
-/// inertia, in steps that a hand hardly feels.
-constexpr void watch_spin(BoundState& state, std::uint32_t now) {
-  const std::int32_t way_counts = state.swing_counts - state.looked_counts;
+/// brakes the knob takes more off than is wrong. The trust comes back in steps that a hand hardly
+/// feels: at half the speed, without inertia, or under a hand that turns on against the scene.
+constexpr void judge_way(BoundState& state, std::int32_t way_counts, std::uint32_t now) {
   const bool far = state.swing_counts / 4 > state.params.turn_counts;
   const std::int32_t spin_counts = far ? state.params.spin_counts / 4 : state.params.spin_counts;
-  const bool braked = static_cast<float>(state.way) * asked_torque(state) < 0.0F;
-  if (way_counts > spin_counts && state.swing_counts > state.params.turn_counts && !braked) {
+  const bool fast = way_counts > spin_counts && state.swing_counts > state.params.turn_counts;
+  const float along_nm = static_cast<float>(state.way) * asked_torque(state);
+  count_push(state, along_nm);
+  if (creeps(state, way_counts, now)) {
+    distrust(state);
+  } else if (fast && along_nm >= 0.0F) {
     state.spun = true;
     distrust(state);
-  } else if ((state.spun && way_counts <= spin_counts / 2) || state.slides >= kSlides) {
+  } else if ((state.spun && way_counts <= spin_counts / 2) || state.slides >= kSlides ||
+             is_led(state, way_counts, now)) {
     state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
     state.spun = state.trust < 1.0F;
   }
+}
+
+/// Looks at the way since the last look.
+constexpr void watch_spin(BoundState& state, std::uint32_t now) {
+  const std::int32_t way_counts = state.swing_counts - state.looked_counts;
+  judge_way(state, way_counts, now);
   if (state.swing_counts >= kManyCounts) {  // further on it would overflow
     state.gone_counts -= kManyCounts / 2;
     state.swing_counts -= kManyCounts / 2;
@@ -144,9 +210,20 @@ constexpr void let_off(BoundState& state, std::uint32_t now) {
   state.rest_counts = absolute(state.line_counts);
 }
 
+/// Once the scene shakes the knob no longer, it may have been the scene that did it. Where less is
+/// given than asked, the line stays as it is.
+constexpr void forgive(BoundState& state, std::uint32_t now) {
+  if (!state.shaken || now - state.timed_tick <= state.params.slow_ticks) return;
+  state.shaken = false;
+  if (state.bounded) return;
+  set_share(state, most_share(state));
+  state.trust = 1.0F;
+}
+
 /// Out of line, for that is rare.
 [[gnu::noinline]] constexpr void watch_hand(BoundState& state, std::uint32_t now) {
   watch_spin(state, now);
+  forgive(state, now);
   if (state.share == 1.0F || state.spun) return;
   goes_on(state, now);
   let_off(state, now);
@@ -187,7 +264,8 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
 
 /// The sensed torque is more than the motor may take up. A sensor that rings so, quickly and for
 /// long, is kept ringing by the motor's answers. The knob need not swing: it may be dragged on one
-/// way, or by less than a swing. Out of line, for that is rare.
+/// way, or by less than a swing. Hardly anything damps the brake's side, so a small error of its
+/// inertia or of the shaft is enough: it is forgotten. Out of line, for that is rare.
 [[gnu::noinline]] constexpr void judge_ringing(BoundState& state, float spring_nm,
                                                std::uint64_t tick) {
   const bool up = spring_nm > 0.0F;
@@ -198,9 +276,12 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
   state.ring_tick = now;
   if (++state.rings <= kRings) return;
   distrust(state);
+  if (state.doubt > 0) return;
+  state.trust = state.params.least_share;
+  state.doubt = state.next_doubt;
+  state.next_doubt = state.doubt < kMostDoubt / 2 ? 2 * state.doubt : kMostDoubt;
   // In a stiffer scene right values may ring so, too.
-  const bool soft = could_have_rendered(state, state.swing_counts / 4);
-  if (state.rings == kRings + kUnexpected && soft) ++state.unexpected_swings;
+  if (could_have_rendered(state, state.swing_counts)) state.unexpected_swings += kUnexpected;
 }
 
 /// A hand turns the knob on against a torque that at most doubles, so the brake slips. It then
@@ -229,6 +310,15 @@ constexpr void judge_slide(BoundState& state, float beyond_nm, float speed_count
   state.slide_tick = now;
 }
 
+/// The knob has turned round. In scenes that the parts can render, every so many turns take an
+/// unexpected swing back, so that their number tells of how many more there are than right values
+/// give.
+constexpr void count_turn(BoundState& state, bool could_render) {
+  if (!could_render || ++state.turns < kExpectedTurns) return;
+  state.turns = 0;
+  if (state.unexpected_swings > 0) --state.unexpected_swings;
+}
+
 /// A wide swing without a flicker gives virtual inertia back.
 constexpr void calm_down(BoundState& state, std::int32_t width_counts) {
   if (width_counts > kNarrowCounts && state.flickers < kFlickers) state.calm = 1.0F;
@@ -236,13 +326,19 @@ constexpr void calm_down(BoundState& state, std::int32_t width_counts) {
 
 /// The next swing begins. The way since the last rest goes on.
 constexpr void turn_round(BoundState& state, std::uint32_t now) {
-  state.turned_tick = now;
+  state.turned_tick = state.rested_tick = state.moved_tick = now;
   state.way = -state.way;
   state.rested_counts -= state.gone_counts;
   if (state.rested_counts < -kManyCounts) state.rested_counts = -kManyCounts;
   state.swing_counts -= state.gone_counts;
   state.gone_counts = state.flicker_counts = state.swing_counts;
   state.slides = 0;
+  state.pushes = 0;
+  if (state.doubt > 0) {
+    --state.doubt;
+  } else if (state.next_doubt > kFirstDoubt) {
+    --state.next_doubt;
+  }
 }
 
 /// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
@@ -254,12 +350,13 @@ constexpr void turn_round(BoundState& state, std::uint32_t now) {
 constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   const auto now = static_cast<std::uint32_t>(tick);
   if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
-  const bool slow = is_slower(state, now, state.params.slow_ticks);
+  const bool slow = is_slow(state, now);
   const bool by_hand = begin_touch(state, now);
   const std::int32_t width = state.swing_counts;
   calm_down(state, width);
   turn_round(state, now);
   const bool could_render = could_have_rendered(state, width);
+  count_turn(state, could_render);
   state.was_bounded = state.bounded;
   state.turned_nm = asked_torque(state);
   state.flickered = false;
@@ -277,6 +374,7 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   state.fading = 0;
   if (width > state.widest_counts) state.widest_counts = width;
   if (++state.swings < 2) return false;
+  if (now - state.timed_tick <= state.params.slow_ticks) state.shaken = true;
   if (!by_hand) {
     // A push may make the first ones.
     if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;

@@ -133,7 +133,7 @@ struct Layout<Health> {
       choice("reset_cause", &Health::reset_cause, "why the device started"),
       any_number("unexpected_swings", &Health::unexpected_swings, "",
                  "swings of the law `calibrated` that lasted in scenes which the configured parts "
-                 "can render, since the knob was configured"),
+                 "can render, since the knob was configured, less one for fifty turns"),
       choice("centre", &Health::centre, "where angle 0 comes from"),
   };
 };

@@ -750,7 +750,7 @@ struct Fields<Health> {
               "why the device started"),
         field("unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
               "swings of the law `calibrated` that lasted in scenes which the configured parts can "
-              "render, since the knob was configured"),
+              "render, since the knob was configured, less one for fifty turns"),
         field("centre", &Health::centre, "", -kNoLimit, kNoLimit, "where angle 0 comes from"));
   }
 };

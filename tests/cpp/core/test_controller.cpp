@@ -150,11 +150,34 @@ TEST_CASE("where the scene has inertia no drag is cancelled, and a law in doubt 
   }
 }
 
+TEST_CASE("one count switches no more than half the motor by virtual inertia") {
+  core::ControllerParams params = reference_actuator();
+  params.partition.law = core::Law::calibrated;
+  params.bound.slope_nm_per_count = 1.0F;
+  const double pole = std::exp(-2.0 * M_PI * 100.0 * 1e-3);
+  const double one_count = std::pow((1.0 - pole) / 1e-3, 2) * 2.0 * M_PI / 8192;  // rad/s^2
+  for (const double inertia_kg_m2 : {1e-6, 1.0}) {
+    core::Scene scene;
+    scene.active = 2;
+    scene.effect[0] = core::Inertia{static_cast<float>(0.25 * inertia_kg_m2), 1000.0F};
+    scene.effect[1] = core::Inertia{static_cast<float>(0.75 * inertia_kg_m2), 1000.0F};
+    core::ControllerState state;
+    core::ControllerOutputs out;
+    for (const std::uint32_t count : {0U, 0U, 1U}) {
+      const core::Plan plan = core::plan_of(params, state.bound, {&scene});
+      out = core::control(state, params, plan, count);
+    }
+    const double most_nm = 0.5 * static_cast<double>(params.partition.motor_torque_max_nm);
+    const double asked_nm = std::min(inertia_kg_m2 * one_count, most_nm);
+    CHECK(static_cast<double>(out.desired_torque_nm) == Approx(-asked_nm).epsilon(1e-4));
+  }
+}
+
 // No hand feels what is left out of a knob that was flung, and a wrong guess may drive it.
 TEST_CASE("a knob that spins loses the trust until it is slow again, but no flywheel does") {
   core::ControllerParams params = reference_actuator();  // 1 kHz: a look in 256 ms
   params.partition.law = core::Law::calibrated;
-  params.bound = core::make_bound_params({}, params.motion.resolution, 0.1F, 6e-3F);
+  params.bound = core::make_bound_params({}, params.motion.resolution, 0.1F, 1e-4F, 6e-3F);
   double count = 0.0;
   const auto turn = [&](core::ControllerState& state, const core::Effect& effect, double rad_s) {
     core::Scene scene;
@@ -174,6 +197,9 @@ TEST_CASE("a knob that spins loses the trust until it is slow again, but no flyw
     const core::Constant brake{-0.01F * static_cast<float>(way), {}};
     core::ControllerState braked;
     CHECK(turn(braked, brake, way * 30.0) == 1.0F);
+    // What was lost comes back under a hand that turns on.
+    braked.bound.trust = 0.1F;
+    CHECK(turn(braked, brake, way * 1.0) == Approx(0.1 + 4.0 / 16));
     CHECK(turn(state, push, way * 19.0) == 1.0F);
     CHECK(turn(state, push, way * 21.0) < 0.5F);
     // Beyond four turns it is slow at a quarter of the speed.

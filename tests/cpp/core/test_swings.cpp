@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <numbers>
 #include <utility>
 
 #include "bound_bench.hpp"
@@ -153,25 +154,170 @@ TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves 
   const auto ring = [](BoundBench& bench, int times, std::uint64_t ticks) {
     for (int n = 0; n < times; ++n) {
       bench.now += ticks;
-      judge_ringing(bench.state, n % 2 == 0 ? 1.0F : -1.0F, bench.now);
-      judge_ringing(bench.state, n % 2 == 0 ? 2.0F : -2.0F, bench.now + 1);  // goes on, one way
+      const float other_nm = bench.state.rang_up ? -1.0F : 1.0F;
+      judge_ringing(bench.state, other_nm, bench.now);
+      judge_ringing(bench.state, 2.0F * other_nm, bench.now + 1);  // goes on, one way
     }
   };
-  for (const bool soft : {true, false}) {
+  BoundBench bench;
+  bench.state.swing_counts = 20;
+  bench.now = 1000;
+  ring(bench, 8, 30);  // as a hard bounce may do
+  CHECK(bench.state.trust == 1.0F);
+  ring(bench, 40, 60);  // a hand's
+  CHECK(bench.state.trust == 1.0F);
+  CHECK(bench.state.doubt == 0);
+  ring(bench, 9, 30);
+  CHECK(bench.state.trust == bench.state.params.least_share);
+  CHECK(bench.state.doubt == 64);
+  CHECK(bench.state.unexpected_swings == 4);
+  // Without the inertia too.
+  bench.state.trust = 1.0F;
+  ring(bench, 3, 30);
+  CHECK(static_cast<double>(bench.state.trust) == Approx(0.6 * 0.6 * 0.6));
+  CHECK(bench.state.doubt == 64);
+  CHECK(bench.state.share == 1.0F);
+}
+
+TEST_CASE("after each ring the brake's inertia is in doubt for twice as many turns, up to 2048") {
+  BoundBench bench;
+  BoundState& state = bench.state;
+  std::uint32_t counted = 0;
+  for (const std::uint32_t turns : {64U, 128U, 256U, 512U, 1024U, 2048U, 2048U}) {
+    const bool soft = turns != 256;
+    state.swing_counts = soft ? 20 : 0;
+    for (int n = 0; n <= 9; ++n) judge_ringing(state, n % 2 == 0 ? 1.0F : -1.0F, bench.now + n);
+    CHECK(state.doubt == turns);
+    counted += soft ? 4 : 0;
+    CHECK(state.unexpected_swings == counted);
+    for (std::uint32_t turn = 0; turn < turns; ++turn) {
+      CHECK(state.doubt == turns - turn);
+      turn_round(state, 0);
+    }
+    CHECK(state.doubt == 0);
+    state.rings = 0;
+  }
+  // Each turn without a ring makes the next doubt shorter.
+  turn_round(state, 0);
+  CHECK(state.next_doubt == 2047);
+  for (int turn = 0; turn < 3000; ++turn) turn_round(state, 0);
+  CHECK(state.next_doubt == 64);
+}
+
+TEST_CASE("in doubt a slow swing is no hand's where the scene alone would swing the knob so") {
+  const auto trust_after = [](std::uint32_t doubt, double part, double back, int pushes = 1) {
     BoundBench bench;
-    for (int count = 0; count < 20; ++count) bench.step(soft ? 0.0 : -0.0004 * count, 1);
-    bench.now = 1000;
-    ring(bench, 8, 30);  // as a hard bounce may do
-    CHECK(bench.state.trust == 1.0F);
-    ring(bench, 40, 60);  // a hand's
-    CHECK(bench.state.trust == 1.0F);
-    ring(bench, 10, 30);
-    CHECK(static_cast<double>(bench.state.trust) == Approx(0.6 * 0.6 * 0.6));
-    CHECK(bench.state.unexpected_swings == 0);
-    ring(bench, 20, 30);
-    CHECK(bench.state.unexpected_swings == (soft ? 1 : 0));
-    CHECK(bench.state.trust == bench.state.params.least_share);
+    bench.state.doubt = doubt;
+    bench.state.params.swing_nm = static_cast<float>(part * 0.01 * 220 * 220 / 20);
+    for (int n = 0; n < 8; ++n) {
+      const int sign = n % 2 == 0 ? 1 : -1;
+      for (int rest = 0; rest < 200; ++rest) bench.step(0.01 * back * sign, 0);
+      bench.state.pushes = pushes;
+      for (int count = 1; count <= 20; ++count) bench.step(1e-3 * back * sign * (10 - count), sign);
+    }
     CHECK(bench.state.share == 1.0F);
+    return bench.state.trust;
+  };
+  CHECK(trust_after(100, 2.0 / (std::numbers::pi * std::numbers::pi), 1.0) < 1.0F);  // a spring
+  CHECK(trust_after(100, 0.25, 1.0) < 1.0F);  // a constant torque
+  CHECK(trust_after(0, 0.25, 1.0) == 1.0F);
+  CHECK(trust_after(100, 0.04, 1.0) == 1.0F);     // a hand that is slower
+  CHECK(trust_after(100, 0.6, 1.0) == 1.0F);      // or quicker
+  CHECK(trust_after(100, 0.25, -1.0) == 1.0F);    // or turns back against the torque
+  CHECK(trust_after(100, 0.25, 1.0, 0) == 1.0F);  // or against friction
+}
+
+TEST_CASE("a look tells whether the scene drives the swing that goes on") {
+  BoundBench bench;
+  BoundState& state = bench.state;
+  for (const float way : {1.0F, -1.0F}) {
+    state.last_nm = 0.01F * way;
+    judge_way(state, 1, kLookTicks);
+    CHECK(state.pushes == 2);
+    state.last_nm = -0.01F * way;
+    judge_way(state, 1, kLookTicks);
+    judge_way(state, 1, kLookTicks);
+    judge_way(state, 1, kLookTicks);
+    CHECK(state.pushes == -1);
+    state.last_nm = 0.0F;
+    judge_way(state, 1, kLookTicks);
+    CHECK(state.pushes == -1);
+    turn_round(state, 0);
+    CHECK(state.pushes == 0);
+  }
+}
+
+TEST_CASE("a knob that goes on for 128 slow swings without a rest is led by no hand") {
+  BoundBench bench;
+  BoundState& state = bench.state;
+  state.params.slow_ticks = 1500;
+  std::uint32_t now = 0;
+  const auto look = [&](int counts) {
+    if (counts > 0) follow_swing(state, counts);
+    now += kLookTicks;
+    watch_hand(state, now);
+  };
+  for (int n = 0; n < 6; ++n) look(0);
+  // A rest of less than a slow swing is none.
+  while (now < 6 * kLookTicks + 128 * 1500) look(now % (4 * kLookTicks) == 0 ? 2 : 0);
+  CHECK(state.trust == 1.0F);
+  for (int n = 0; n < 4; ++n) look(2);
+  CHECK(state.trust < 1.0F);
+  CHECK_FALSE(state.spun);
+  // It is driven back a little, which is no hand either.
+  state.turned_tick = 0;
+  CHECK(begin_touch(state, now));
+  CHECK(state.trust < 1.0F);
+  // What goes on all the same is led.
+  BoundState led = state;
+  led.rested_tick = led.moved_tick - 128 * 1500 - 1;
+  const std::uint32_t stopped = led.moved_tick;
+  for (std::uint32_t ticks = 0; ticks <= 8 * 1500; ticks += kLookTicks) {
+    CHECK(creeps(led, 2, stopped + ticks));
+  }
+  CHECK_FALSE(creeps(led, 2, stopped + 9 * 1500));
+  // So is what goes on quickly.
+  state.params.spin_counts = 7;
+  CHECK_FALSE(creeps(state, 2, now));
+  state.params.spin_counts = 8;
+  CHECK(creeps(state, 2, now));
+  // What has rested is moved by another.
+  for (int n = 0; n < 7; ++n) look(0);
+  const float before = state.trust;
+  look(2);
+  CHECK(state.trust == before);
+  CHECK(begin_touch(state, now));
+  CHECK(state.trust == 1.0F);
+}
+
+TEST_CASE("what a shaking scene took comes back once it has stopped for a swing's time") {
+  for (const bool shakes : {true, false}) {
+    BoundBench bench;
+    bench.now = 10'000;
+    for (int n = 0; n < 8; ++n) {
+      if (shakes) bench.state.timed_tick = static_cast<std::uint32_t>(bench.now);
+      bench.swing(20, n % 2 == 0 ? 1 : -1);
+    }
+    const auto now = static_cast<std::uint32_t>(bench.now);
+    bench.state.timed_tick = now;
+    CHECK(bench.state.share < 1.0F);
+    CHECK(bench.state.trust < 1.0F);
+    CHECK(bench.state.shaken == shakes);
+    forgive(bench.state, now + 150);
+    CHECK(bench.state.share < 1.0F);
+    BoundState soft = bench.state;  // a hand leans on less than is asked
+    soft.bounded = true;
+    forgive(soft, now + 151);
+    CHECK(soft.trust < 1.0F);
+    CHECK_FALSE(soft.shaken);
+    if (shakes) {
+      watch_hand(bench.state, now + 151);
+    } else {
+      forgive(bench.state, now + 151);
+    }
+    CHECK((bench.state.share == 1.0F) == shakes);
+    CHECK((bench.state.trust == 1.0F) == shakes);
+    CHECK_FALSE(bench.state.shaken);
   }
 }
 
@@ -338,6 +484,22 @@ TEST_CASE("swings that last are unexpected where the parts could render all that
   CHECK(unexpected(0.0, 1e-3F) == 0);  // a game may shake the knob
   // What was bounded before the first turn is no reason afterwards.
   CHECK(unexpected(0.0, 0.0F, -0.05) == 4);
+}
+
+TEST_CASE("fifty slow turns take an unexpected swing back, where the parts can render the scene") {
+  for (const double asked_nm : {0.0, 0.02}) {
+    BoundBench bench;
+    bench.state.unexpected_swings = 2;
+    for (int turn = 0; turn <= 150; ++turn) {
+      for (int rest = 0; rest < 200; ++rest) bench.step(0.0, 0);
+      const int sign = turn % 2 == 0 ? 1 : -1;
+      for (int count = 0; count < 20; ++count) bench.step(-asked_nm * sign * count, sign);
+      const bool renders = asked_nm == 0.0;
+      if (turn == 49) CHECK(bench.state.unexpected_swings == 2);
+      if (turn == 50) CHECK(bench.state.unexpected_swings == (renders ? 1 : 2));
+    }
+    CHECK(bench.state.unexpected_swings == (asked_nm == 0.0 ? 0 : 2));  // and no less
+  }
 }
 
 TEST_CASE("a knob that spins is led by no hand, from its second turn on") {

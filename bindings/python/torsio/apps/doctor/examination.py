@@ -20,7 +20,7 @@ _DRIFT_LIMIT_PPM = 200.0
 # USB takes 1 to 3 ms for a command and its answer.
 _SLOW_ROUND_TRIP_S = 10e-3
 # Fewer may come from a hand that turns the knob in many scenes (`./dev bench beliefs`).
-UNEXPECTED_SWINGS = 8
+UNEXPECTED_SWINGS = 6
 
 _HOW_TO_CONFIRM = (
     "set the values of motor, brake and encoder (docs/how-to/first-power.md), then "
