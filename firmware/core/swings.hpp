@@ -81,9 +81,9 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
-/// Whether the knob comes back as if nobody held it. The scene has pushed it on for half of the
-/// way, and not as friction does, for less than a third. A constant torque M swings it over w
-/// within sqrt(4 w J / M), a spring within 1.1 times that. Of M a quarter to twice will do.
+/// Whether the knob comes back as if nobody held it. The scene has driven it at more than a third
+/// of the looks, which no friction does. A constant torque M swings it over w within
+/// sqrt(4 w J / M), a spring within 1.1 times that. Of M a quarter to twice will do.
 [[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
   const auto ticks = static_cast<float>(now - state.turned_tick);
   const float took_nm = state.params.swing_nm * static_cast<float>(state.swing_counts);
@@ -127,10 +127,17 @@ constexpr bool creeps(BoundState& state, std::int32_t way_counts, std::uint32_t 
   return has_crept(state) && way_counts <= state.params.spin_counts / 4;
 }
 
+/// Whether the scene takes more off the knob's motion than wrong guesses add.
+/// @param along_nm the scene's torque along the knob's way
+constexpr bool brakes(const BoundState& state, float along_nm) {
+  return along_nm < -state.params.held_nm;
+}
+
 /// Whether the scene has braked the knob for some slow swings, while it turned on.
-constexpr bool is_led(const BoundState& state, std::int32_t way_counts, std::uint32_t now) {
-  const bool braked = static_cast<float>(state.way) * asked_torque(state) < 0.0F;
-  return braked && way_counts > 0 && is_slower(state, now, 4 * state.params.slow_ticks);
+constexpr bool is_led(const BoundState& state, float along_nm, std::int32_t way_counts,
+                      std::uint32_t now) {
+  return brakes(state, along_nm) && way_counts > 0 &&
+         is_slower(state, now, 4 * state.params.slow_ticks);
 }
 
 /// At a look, tells a swing that the scene drives from one that it brakes.
@@ -140,9 +147,9 @@ constexpr void count_push(BoundState& state, float along_nm) {
 }
 
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
-/// it spins: from the second turn on, and from the fifth on at a quarter of the speed. A scene that
-/// brakes the knob takes more off than is wrong. The trust comes back in steps that a hand hardly
-/// feels: at half the speed, without inertia, or under a hand that turns on against the scene.
+/// it spins: from the second turn on, and from the fifth on at a quarter of the speed. The trust
+/// comes back in steps that a hand hardly feels: at half the speed, without inertia, or under a
+/// hand that turns on against the scene.
 constexpr void judge_way(BoundState& state, std::int32_t way_counts, std::uint32_t now) {
   const bool far = state.swing_counts / 4 > state.params.turn_counts;
   const std::int32_t spin_counts = far ? state.params.spin_counts / 4 : state.params.spin_counts;
@@ -151,11 +158,11 @@ constexpr void judge_way(BoundState& state, std::int32_t way_counts, std::uint32
   count_push(state, along_nm);
   if (creeps(state, way_counts, now)) {
     distrust(state);
-  } else if (fast && along_nm >= 0.0F) {
+  } else if (fast && !brakes(state, along_nm)) {
     state.spun = true;
     distrust(state);
   } else if ((state.spun && way_counts <= spin_counts / 2) || state.slides >= kSlides ||
-             is_led(state, way_counts, now)) {
+             is_led(state, along_nm, way_counts, now)) {
     state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
     state.spun = state.trust < 1.0F;
   }
