@@ -32,9 +32,10 @@ inline constexpr std::uint32_t kUnexpected = 4;
 /// With right values, less than one turn in so many begins a swing that lasts.
 inline constexpr std::uint32_t kExpectedTurns = 50;
 
-/// A knob that goes on for so many slow swings may be driven by a wrong guess, but not without its
-/// trust up to the second number.
+/// A knob that goes on for so many slow swings without a rest may be driven by a wrong guess.
 inline constexpr std::uint32_t kCreeps = 128;
+
+/// By so many its trust has been gone for long. If it goes on still, a hand leads it.
 inline constexpr std::uint32_t kLed = 136;
 
 /// So many changes of the count in a row are a flicker and no step of a hand.
@@ -91,8 +92,8 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return state.pushes > 0 && took_nm > 0.0625F * back_nm && took_nm < 0.5F * back_nm;
 }
 
-/// Whether a hand has made the swing that goes on, or what swings is nothing that lives on a wrong
-/// guess. While that guess is in doubt, a flung knob may swing as slowly as a hand.
+/// Whether no swing that lives on a wrong guess is as slow. While the brake's inertia is in doubt,
+/// a flung knob may swing as slowly as a hand turns it.
 constexpr bool is_slow(const BoundState& state, std::uint32_t now) {
   return is_slower(state, now, state.params.slow_ticks) &&
          (state.doubt == 0 || !swings_freely(state, now));
@@ -140,7 +141,7 @@ constexpr bool is_led(const BoundState& state, float along_nm, std::int32_t way_
          is_slower(state, now, 4 * state.params.slow_ticks);
 }
 
-/// At a look, tells a swing that the scene drives from one that it brakes.
+/// Counts the looks at which the scene drives the swing, twice, less those at which it brakes.
 constexpr void count_push(BoundState& state, float along_nm) {
   if (along_nm > 0.0F) state.pushes += 2;
   if (along_nm < 0.0F) --state.pushes;

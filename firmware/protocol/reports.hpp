@@ -131,9 +131,10 @@ struct Layout<Health> {
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
       choice("owner", &Health::owner, "owner of the actuator"),
       choice("reset_cause", &Health::reset_cause, "why the device started"),
-      any_number("unexpected_swings", &Health::unexpected_swings, "",
-                 "swings of the law `calibrated` that lasted in scenes which the configured parts "
-                 "can render, since the knob was configured, less one for fifty turns"),
+      any_number(
+          "unexpected_swings", &Health::unexpected_swings, "",
+          "swings of the law `calibrated` that lasted in scenes which the configured parts can "
+          "render, and four for a ring, since the knob was configured, less one for fifty turns"),
       choice("centre", &Health::centre, "where angle 0 comes from"),
   };
 };

@@ -283,7 +283,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "saves", "kind": "whole", "doc": "how often the configuration was saved, ever", "wire": "saves", "type": "u32", "default": 0},
       {"name": "owner", "kind": "choice", "doc": "owner of the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "reset_cause", "kind": "choice", "doc": "why the device started", "wire": "reset_cause", "type": "u8", "enumeration": "ResetCause", "values": ["unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"], "default": "unknown"},
-      {"name": "unexpected_swings", "kind": "whole", "doc": "swings of the law `calibrated` that lasted in scenes which the configured parts can render, since the knob was configured, less one for fifty turns", "wire": "unexpected_swings", "type": "u32", "default": 0},
+      {"name": "unexpected_swings", "kind": "whole", "doc": "swings of the law `calibrated` that lasted in scenes which the configured parts can render, and four for a ring, since the knob was configured, less one for fifty turns", "wire": "unexpected_swings", "type": "u32", "default": 0},
       {"name": "centre", "kind": "choice", "doc": "where angle 0 comes from", "wire": "centre", "type": "u8", "enumeration": "Centre", "values": ["power_up", "awaits_index", "index"], "default": "power_up"},
     ],
   },

@@ -99,7 +99,7 @@ HEALTH = Structure(
             "unexpected_swings",
             "u32",
             "swings of the law `calibrated` that lasted in scenes which the configured parts can "
-            "render, since the knob was configured, less one for fifty turns",
+            "render, and four for a ring, since the knob was configured, less one for fifty turns",
         ),
         on_wire(choice("centre", e.CENTRE, "where angle 0 comes from")),
     ),

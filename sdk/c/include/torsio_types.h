@@ -1115,7 +1115,7 @@ typedef struct torsio_health {
   /// a torsio_reset_cause: why the device started
   int32_t reset_cause;
   /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
-  /// since the knob was configured, less one for fifty turns
+  /// and four for a ring, since the knob was configured, less one for fifty turns
   uint32_t unexpected_swings;
   /// a torsio_centre: where angle 0 comes from
   int32_t centre;

@@ -748,9 +748,10 @@ struct Fields<Health> {
         field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "owner of the actuator"),
         field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit,
               "why the device started"),
-        field("unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
-              "swings of the law `calibrated` that lasted in scenes which the configured parts can "
-              "render, since the knob was configured, less one for fifty turns"),
+        field(
+            "unexpected_swings", &Health::unexpected_swings, "", -kNoLimit, kNoLimit,
+            "swings of the law `calibrated` that lasted in scenes which the configured parts can "
+            "render, and four for a ring, since the knob was configured, less one for fifty turns"),
         field("centre", &Health::centre, "", -kNoLimit, kNoLimit, "where angle 0 comes from"));
   }
 };

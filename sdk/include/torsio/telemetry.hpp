@@ -158,7 +158,7 @@ struct Health {
   Owner owner = Owner::none;                     ///< owner of the actuator
   ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
   /// swings of the law `calibrated` that lasted in scenes which the configured parts can render,
-  /// since the knob was configured, less one for fifty turns
+  /// and four for a ring, since the knob was configured, less one for fifty turns
   std::uint32_t unexpected_swings = 0;
   Centre centre = Centre::power_up;  ///< where angle 0 comes from
 };

@@ -164,7 +164,7 @@ class Health:
         Why the device started.
     unexpected_swings
         Swings of the law `calibrated` that lasted in scenes which the configured parts can render,
-        since the knob was configured, less one for fifty turns.
+        and four for a ring, since the knob was configured, less one for fifty turns.
     centre
         Where angle 0 comes from.
     """
