@@ -235,10 +235,9 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
         share_bounded(state, params, motion, desired_nm, plan.inertia_kg_m2 == 0.0F, spring_nm);
     state.scene.inertia_share =
         state.bound.trust * state.bound.calm * inertia_share(params, plan.inertia_kg_m2);
-    // A flywheel may spin, and that is no rest.
+    // A flywheel may spin.
     if (plan.inertia_kg_m2 != 0.0F) {
-      state.bound.looked_counts = state.bound.swing_counts - 1;
-      state.bound.rested_tick = state.bound.moved_tick;
+      state.bound.params.spin_counts = std::numeric_limits<std::int32_t>::max();
     }
   } else {
     shares = partition(params.partition, desired_nm, spring_nm);

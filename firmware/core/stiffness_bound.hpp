@@ -33,7 +33,7 @@ inline constexpr float kFirstStiffness = 3.0F;
 /// How often a hand is looked for.
 inline constexpr std::uint32_t kLookTicks = 256;
 
-/// Few hands turn a knob as fast for more than a turn.
+/// Few hands turn a knob as fast beyond a quarter turn.
 inline constexpr float kSpinRadPerS = 20.0F;
 
 /// After a ring the sensor does without the brake's inertia for so many turns, and for twice as

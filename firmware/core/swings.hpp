@@ -84,11 +84,14 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
 
 /// Whether the knob comes back as if nobody held it. The scene has driven it at more than a third
 /// of the looks, which no friction does. A constant torque M swings it over w within
-/// sqrt(4 w J / M), a spring within 1.1 times that. Of M a quarter to twice will do.
+/// sqrt(4 w J / M), a spring within 1.1 times that. M is the less of both ends', for a wall may
+/// throw the knob back. Of M a quarter to twice will do.
 [[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
   const auto ticks = static_cast<float>(now - state.turned_tick);
   const float took_nm = state.params.swing_nm * static_cast<float>(state.swing_counts);
-  const float back_nm = -static_cast<float>(state.way) * asked_torque(state) * ticks * ticks;
+  const float back_nm =
+      smaller(-static_cast<float>(state.way) * asked_torque(state), absolute(state.turned_nm)) *
+      ticks * ticks;
   return state.pushes > 0 && took_nm > 0.0625F * back_nm && took_nm < 0.5F * back_nm;
 }
 
@@ -110,19 +113,24 @@ constexpr bool has_crept(const BoundState& state) {
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, most_share(state));
-  if (is_slow(state, now) && !has_crept(state)) state.trust = 1.0F;
+  if (is_slow(state, now) && !has_crept(state) && !state.spun) state.trust = 1.0F;
   return true;
+}
+
+/// Whether the knob has not moved on for as long as no swing lasts that lives on a wrong guess.
+constexpr bool has_rested(const BoundState& state, std::uint32_t now) {
+  const std::uint32_t least_ticks =
+      state.params.slow_ticks > kLookTicks ? state.params.slow_ticks : kLookTicks;
+  return now - state.moved_tick > least_ticks;
 }
 
 /// Few hands turn a knob on for as long without a rest. A motor that takes off more than there is
 /// may drive it. So the trust goes, and the knob rests until a hand moves it anew. One that goes on
 /// without the trust is led by a hand, which gets it back.
-constexpr bool creeps(BoundState& state, std::int32_t way_counts, std::uint32_t now) {
+constexpr bool creeps(BoundState& state, bool rested, std::int32_t way_counts, std::uint32_t now) {
   if (way_counts > 0) {
-    const std::uint32_t rest_ticks =
-        state.params.slow_ticks > kLookTicks ? state.params.slow_ticks : kLookTicks;
     const bool led = state.moved_tick - state.rested_tick > kLed * state.params.slow_ticks;
-    if (now - state.moved_tick > rest_ticks || led) state.rested_tick = now;
+    if (rested || led) state.rested_tick = now;
     state.moved_tick = now;
   }
   return has_crept(state) && way_counts <= state.params.spin_counts / 4;
@@ -148,24 +156,25 @@ constexpr void count_push(BoundState& state, float along_nm) {
 }
 
 /// A flung knob turns for ever if the motor takes off more than there is. So the trust goes while
-/// it spins: from the second turn on, and from the fifth on at a quarter of the speed. The trust
-/// comes back in steps that a hand hardly feels: at half the speed, without inertia, or under a
-/// hand that turns on against the scene.
+/// it spins: beyond a quarter turn, and from the fifth on at a quarter of the speed. The trust
+/// comes back in steps that a hand hardly feels: at rest, without inertia, or under a hand that
+/// turns on against the scene.
 constexpr void judge_way(BoundState& state, std::int32_t way_counts, std::uint32_t now) {
   const bool far = state.swing_counts / 4 > state.params.turn_counts;
   const std::int32_t spin_counts = far ? state.params.spin_counts / 4 : state.params.spin_counts;
-  const bool fast = way_counts > spin_counts && state.swing_counts > state.params.turn_counts;
+  const bool fast = way_counts > spin_counts && state.swing_counts > state.params.turn_counts / 4;
   const float along_nm = static_cast<float>(state.way) * asked_torque(state);
   count_push(state, along_nm);
-  if (creeps(state, way_counts, now)) {
+  const bool rested = has_rested(state, now);
+  if (creeps(state, rested, way_counts, now)) {
     distrust(state);
   } else if (fast && !brakes(state, along_nm)) {
     state.spun = true;
     distrust(state);
-  } else if ((state.spun && way_counts <= spin_counts / 2) || state.slides >= kSlides ||
+  } else if ((state.spun && rested) || state.slides >= kSlides ||
              is_led(state, along_nm, way_counts, now)) {
     state.trust = smaller(state.trust + 1.0F / 16, 1.0F);
-    state.spun = state.trust < 1.0F;
+    state.spun = state.spun && state.trust < 1.0F;
   }
 }
 
