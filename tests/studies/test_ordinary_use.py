@@ -394,3 +394,42 @@ def test_stiff_wall_stays_soft_after_a_strong_rumble_until_the_next_press() -> N
         late = (rows["time_s"] > before_s - 0.5) & (rows["time_s"] < before_s)
         assert (np.mean(given_nm[late]) > 0.9 * np.mean(asked_nm[late])) == whole
     assert np.mean(asked_nm[(rows["time_s"] > 8.5) & (rows["time_s"] < 9.0)]) > 60e-3
+
+
+@pytest.mark.parametrize("rate_hz", [1000, 2000, 5000])
+def test_strong_damper_leaves_a_knob_beside_its_rest_at_low_rates(rate_hz: int) -> None:
+    spring = Spring(stiffness_nm_per_rad=1.0)
+    options = replace(
+        loop(spring, turning(0.0, 1.0)),
+        scene=[spring, Damper(damping_nm_s_per_rad=0.06)],
+        hand=TorqueHand(torque_nm=[(0.0, 0.0), (0.05, 0.15), (1.0, 0.15), (1.01, 0.0)]),
+        control_period_ns=round(1e9 / rate_hz),
+    )
+    plain = replace(options, control=ControlConfig(law="compensated"))
+    known_rad, plain_rad = (
+        abs(float(ClosedLoop(one).run(duration_s=5.0)["angle_rad"][-1])) for one in (options, plain)
+    )
+    assert (known_rad > 0.2) == (rate_hz <= 2000)
+    assert plain_rad < 0.01
+
+
+@pytest.mark.parametrize("frequency_hz", [8.0, 12.0])
+@pytest.mark.parametrize("stiffness_nm_per_rad", [0.5, 1.7, 3.0, 8.0])
+def test_hand_that_shakes_costs_a_wall_more_than_without_a_known_inertia(
+    stiffness_nm_per_rad: float, frequency_hz: float
+) -> None:
+    hand_nm_per_rad = 2.0
+    deep_rad = 0.05 + 0.06 / stiffness_nm_per_rad + 0.06 / hand_nm_per_rad
+    times_s = np.arange(0.0, 12.0, 0.005)
+    tremor = np.where(times_s > 1.0, np.sin(2.0 * math.pi * frequency_hz * times_s), 0.0)
+    for shakes_nm, most_known_nm in ((5e-3, 1e-3), (10e-3, 17e-3)):
+        way = deep_rad * np.minimum(times_s / 0.5, 1.0) + shakes_nm / hand_nm_per_rad * tremor
+        hand = replace(
+            turning(1.0, 1.0, hand_nm_per_rad),
+            intended_angle_rad=list(zip(times_s.tolist(), way.tolist(), strict=True)),
+        )
+        wall = Wall(angle_rad=0.05, stiffness_nm_per_rad=stiffness_nm_per_rad)
+        known, plain = missed_by_laws_nm(wall, hand, {})
+        assert known < most_known_nm
+        assert plain < 3e-3
+        assert (known > 9e-3) == (shakes_nm > 5e-3)
