@@ -1,4 +1,4 @@
-"""Counter-examples that were found against the law `calibrated`: all but two rest.
+"""Counter-examples that were found against the law `calibrated`: all but three rest.
 
 Each has beliefs, a brake, a scene or an encoder with which a knob once swung or buzzed for ever.
 """
@@ -36,6 +36,7 @@ from torsio_studies.falsify.search import (
     Motion,
     breaks,
     confirm,
+    is_warned_of,
     measure,
 )
 
@@ -545,6 +546,14 @@ ROLLS = (
          1.326445922, 8.563083084, 2.343344257, 4.999376197e-06, 0.4054956356, 0.8502449103,
          1.095593551, 0.03847154657, 0.2776166189, 0.01763835981),
 )  # fmt: skip
+BUZZES = (
+    2009, (0.5277706735, 1.282576984, 0.9110140308, 0.761509216, 0.5262884896, 0.6967462846,
+         0.5488468611, 1.197841373, 0.9277808328, 0.8015411329, 1.294321346, 0.9298980588,
+         1.190745538, 1.278990969, 1.213741514, 1.999963654, 0.01061836727, 0.003867868501,
+         1.055406485, 1.975577259e-05, 2.088486951, 0.08657427627, 0.3407777822, 1.108724619,
+         0.957171701, 2.346845046, 0.260404253, 1.625145592e-06, 1.05963539, 0.7361388532,
+         1.156071689, 0.01051461333, 0.9971097702, 0.008956351612, 0.6109821443),
+)  # fmt: skip
 
 
 def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
@@ -580,6 +589,16 @@ def test_weight_of_two_thirds_of_a_detent_rolls_over_it_only_if_beliefs_are_wron
     without_sensor = replace(options, control=replace(options.control, law="motor_only"))
     motions = measure([options, right, without_sensor])
     assert [breaks(case, motion) for motion in motions] == [True, False, False]
+
+
+def test_weight_of_half_a_detent_rolls_over_it_with_a_damper_that_play_warns_of() -> None:
+    """The damper buzzes, so the bound leaves the detents little."""
+    case, options = found(*BUZZES)
+    assert isinstance(options.scene, tuple)
+    assert breaks(case, confirm(case, options))
+    assert is_warned_of(options)
+    alone = replace(options, scene=options.scene[:1])
+    assert not breaks(case, confirm(case, alone))
 
 
 def test_spring_below_the_limits_of_the_search_swings_if_drag_is_told_double() -> None:
