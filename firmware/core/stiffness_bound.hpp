@@ -94,7 +94,7 @@ struct BoundState {
   std::int32_t rattles = 0;         // changes of the count to and fro, less the counts it went on
   float share = 1;                  // of the first bound that is left
   float trust = 1;                  // share of the assumed spring torque that the motor may take up
-  bool spun = false;                // it is less, for the knob spins
+  bool spun = false;                // it is less, for the knob has spun, and not rested since
   float calm = 1;                   // share of virtual inertia that does not make a count flicker
   float drag_nm = 0;                // of the brake's, that it takes up: follow_drag()
   bool on_line = false;             // `line_nm` is followed too, beside the asked torque

@@ -1,7 +1,7 @@
 /// @file
 /// What the bound learns from the knob's motion: its swings, flickers and spins, and a sensor that
-/// rings, take from share and trust. A hand gives them back (docs/explanation/theory.md, "Bounded
-/// stiffness").
+/// rings, take from share and trust. A hand, or a rest, gives them back
+/// (docs/explanation/theory.md, "Bounded stiffness").
 #pragma once
 
 #include <cstdint>
@@ -108,7 +108,7 @@ constexpr bool has_crept(const BoundState& state) {
 }
 
 /// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
-/// knob's own is as slow.
+/// knob's own is as slow, and the knob has neither spun nor crept.
 /// @returns whether it was a hand's
 constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
@@ -126,7 +126,7 @@ constexpr bool has_rested(const BoundState& state, std::uint32_t now) {
 
 /// Few hands turn a knob on for as long without a rest. A motor that takes off more than there is
 /// may drive it. So the trust goes, and the knob rests until a hand moves it anew. One that goes on
-/// without the trust is led by a hand, which gets it back.
+/// without the trust is led by a hand, and no longer watched so.
 constexpr bool creeps(BoundState& state, bool rested, std::int32_t way_counts, std::uint32_t now) {
   if (way_counts > 0) {
     const bool led = state.moved_tick - state.rested_tick > kLed * state.params.slow_ticks;

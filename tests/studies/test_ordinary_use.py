@@ -433,3 +433,18 @@ def test_hand_that_shakes_costs_a_wall_more_than_without_a_known_inertia(
         assert known < most_known_nm
         assert plain < 3e-3
         assert (known > 9e-3) == (shakes_nm > 5e-3)
+
+
+@pytest.mark.parametrize("speed_rad_s", [15.0, 25.0])
+def test_flick_costs_walls_their_sensor_until_the_knob_rests(speed_rad_s: float) -> None:
+    flicked_s = 0.2 + 3.3 / speed_rad_s
+    turns = [(flicked_s + 0.2 * n, 3.3 + (0.06 if n % 2 == 0 else -0.06)) for n in range(1, 61)]
+    wall = Wall(angle_rad=3.3, stiffness_nm_per_rad=1.7)
+    rests = [(flicked_s + 0.2, 3.36), (flicked_s + 1.2, 3.36), *((t + 1.2, a) for t, a in turns)]
+    for way, costs in ((turns, speed_rad_s > 20.0), (rests, False)):
+        path = [(0.0, 0.0), (0.2, 0.0), (flicked_s, 3.3), *way]
+        hand = replace(turning(1.0, 1.0), intended_angle_rad=path)
+        known, plain = missed_by_laws_nm(wall, hand, {})
+        assert plain < 6e-3
+        assert (known > 1.5 * plain) == costs
+        assert known < 12e-3

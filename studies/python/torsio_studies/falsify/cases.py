@@ -240,7 +240,7 @@ def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
 
 
 def _extra(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
-    """Give what comes to the scene; `play` does not warn of these dampers and this inertia."""
+    """Give what comes to the scene; of most of it `play` does not warn."""
     share = value.get("extra_share", 0.0)
     damping = share * 0.06
     # A texture takes from detents what a weight leans on.
