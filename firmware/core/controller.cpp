@@ -26,6 +26,14 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
   }
 }
 
+/// Together dampers give as much as the parts can, and less as the bound falls.
+[[gnu::noinline]] void bound_dampers(ControllerState& state) {
+  const float asked_nm_s_per_rad = state.scene.damping_nm_s_per_rad;
+  const float most_nm_s_per_rad = state.bound.share * state.bound.params.damping_nm_s_per_rad;
+  state.scene.damping_share =
+      asked_nm_s_per_rad > most_nm_s_per_rad ? most_nm_s_per_rad / asked_nm_s_per_rad : 1.0F;
+}
+
 /// Out of line: otherwise every tick keeps its values in registers.
 [[gnu::noinline]] void watch_sensor(ControllerState& state, const ControllerParams& params) {
   const float spring_nm = state.sensor.spring_torque_nm;
@@ -44,6 +52,7 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
                     state.bound.slides >= kSlides || state.bound.doubt > 0,
                     speed_counts * params.motion.resolution.rad_per_count);
   watch_hand(state.bound, static_cast<std::uint32_t>(state.tick));
+  bound_dampers(state);
 }
 
 /// Senses the spring's torque with a known brake, and keeps the ledger.
@@ -102,8 +111,8 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
 
 /// The same of all that plays.
 /// @param in_time_nm the part that does not come from the knob's motion
-float bound_all(ControllerState& state, const ControllerParams& params, float asked_nm,
-                float in_time_nm, std::int32_t delta_counts) {
+float bound_all(ControllerState& state, const ControllerParams& params, const Scene* scene,
+                float asked_nm, float in_time_nm, std::int32_t delta_counts) {
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
   bound.in_time_nm = in_time_nm;
@@ -117,6 +126,8 @@ float bound_all(ControllerState& state, const ControllerParams& params, float as
     bound.params = params.bound;
     set_share(bound, bound.share);
     begin_scene(bound, asked_nm);
+    state.scene.damping_nm_s_per_rad = damping_nm_s_per_rad(scene);
+    bound_dampers(state);
   }
   return bound_torque(state, asked_nm, timed_nm, delta_counts);
 }
@@ -229,8 +240,8 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
           plan.gain * evaluate_inertia(*plan.scene, state.scene, motion, resolution, state.tick);
       state.scene.inertia_nm = inertia_nm;
     }
-    desired_nm = inertia_nm +
-                 bound_all(state, params, desired_nm - inertia_nm, in_time_nm, motion.delta_counts);
+    desired_nm = inertia_nm + bound_all(state, params, plan.scene, desired_nm - inertia_nm,
+                                        in_time_nm, motion.delta_counts);
     shares =
         share_bounded(state, params, motion, desired_nm, plan.inertia_kg_m2 == 0.0F, spring_nm);
     state.scene.inertia_share =

@@ -76,8 +76,8 @@ float torque_nm(const Spring& spring, const Moment& now) {
 }
 
 float torque_nm(const Damper& damper, const Moment& now) {
-  return clamp_symmetric(-damper.damping_nm_s_per_rad * now.motion.speed_rad_s,
-                         damper.torque_limit_nm);
+  const float given_nm_s_per_rad = now.state.damping_share * damper.damping_nm_s_per_rad;
+  return clamp_symmetric(-given_nm_s_per_rad * now.motion.speed_rad_s, damper.torque_limit_nm);
 }
 
 float torque_nm(const Friction& friction, const Moment& now) {
@@ -249,6 +249,17 @@ float dispatch(const Effect& effect, const Moment& now, std::index_sequence<Inde
   return result;
 }
 
+/// Over all that play of a kind.
+template <class Kind>
+float sum_of(const Scene* scene, float Kind::* number) {
+  float sum = 0.0F;
+  for (std::uint32_t i = 0; scene != nullptr && i < scene->active; ++i) {
+    const auto* effect = std::get_if<Kind>(&scene->effect[scene->order[i]]);
+    if (effect != nullptr) sum += effect->*number;
+  }
+  return sum;
+}
+
 }  // namespace
 
 void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick) {
@@ -276,38 +287,18 @@ float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion
   return sum_nm;
 }
 
-bool plays_in_time(const Scene& scene) {
+[[gnu::noinline]] std::uint32_t kinds_that_play(const Scene& scene) {
+  std::uint32_t kinds = 0;
   for (std::uint32_t i = 0; i < scene.active; ++i) {
-    const Effect& effect = scene.effect[scene.order[i]];
-    if (std::holds_alternative<Constant>(effect) || std::holds_alternative<Ramp>(effect) ||
-        std::holds_alternative<Periodic>(effect)) {
-      return true;
-    }
+    kinds |= 1U << scene.effect[scene.order[i]].index();
   }
-  return false;
+  return kinds;
 }
 
-bool shakes(const Scene& scene) {
-  for (std::uint32_t i = 0; i < scene.active; ++i) {
-    if (std::holds_alternative<Periodic>(scene.effect[scene.order[i]])) return true;
-  }
-  return false;
-}
+float inertia_kg_m2(const Scene* scene) { return sum_of(scene, &Inertia::inertia_kg_m2); }
 
-bool has_impacts(const Scene& scene) {
-  for (std::uint32_t i = 0; i < scene.active; ++i) {
-    if (std::holds_alternative<Impact>(scene.effect[scene.order[i]])) return true;
-  }
-  return false;
-}
-
-float inertia_kg_m2(const Scene* scene) {
-  float sum_kg_m2 = 0.0F;
-  for (std::uint32_t i = 0; scene != nullptr && i < scene->active; ++i) {
-    const auto* inertia = std::get_if<Inertia>(&scene->effect[scene->order[i]]);
-    if (inertia != nullptr) sum_kg_m2 += inertia->inertia_kg_m2;
-  }
-  return sum_kg_m2;
+float damping_nm_s_per_rad(const Scene* scene) {
+  return sum_of(scene, &Damper::damping_nm_s_per_rad);
 }
 
 float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,

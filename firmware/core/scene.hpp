@@ -62,6 +62,8 @@ struct SceneState {
   std::array<ImpactState, kMaxEffects> impact{};
   std::uint64_t impacts_tick = 0;  // the last tick with an active impact
   float knock_nm = 0;              // torque that all of them together gave then
+  float damping_nm_s_per_rad = 0;  // of all dampers
+  float damping_share = 1;         // of its torque that a Damper gives
   float inertia_share = 1;         // of its torque that an Inertia gives
   float inertia_nm = 0;            // that all of them gave at the last tick that had some
 };
@@ -74,12 +76,21 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
                      const Resolution& resolution, const std::uint64_t& tick);
 
+/// Bit n: an active effect is the alternative n of Effect.
+std::uint32_t kinds_that_play(const Scene& scene);
+
+template <class... Kinds>
+bool plays(const Scene& scene) {
+  constexpr std::uint32_t kinds = ((1U << Effect(Kinds{}).index()) | ...);
+  return (kinds_that_play(scene) & kinds) != 0;
+}
+
 /// Whether one of the active effects plays in time, whatever the knob does. An impact does not
 /// count: it is apart.
-bool plays_in_time(const Scene& scene);
+inline bool plays_in_time(const Scene& scene) { return plays<Constant, Ramp, Periodic>(scene); }
 
 /// Whether one of the active effects turns its torque to and fro, whatever the knob does.
-bool shakes(const Scene& scene);
+inline bool shakes(const Scene& scene) { return plays<Periodic>(scene); }
 
 /// The part of that sum that comes from virtual inertia.
 float evaluate_inertia(const Scene& scene, SceneState& state, const Motion& motion,
@@ -90,11 +101,14 @@ float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& re
                      const std::uint64_t& tick);
 
 /// Whether one of the active effects is an Impact.
-bool has_impacts(const Scene& scene);
+inline bool has_impacts(const Scene& scene) { return plays<Impact>(scene); }
 
 /// Sum of the active effects' virtual inertia.
 /// @param scene nullptr: none
 float inertia_kg_m2(const Scene* scene);
+
+/// The same of the damping of its dampers; walls have theirs apart.
+float damping_nm_s_per_rad(const Scene* scene);
 
 /// Adds the impacts' torque to the motor's command for the rest of the scene. A torque beyond the
 /// limits is not given, and does not count in their energy. Apart from the other effects, which

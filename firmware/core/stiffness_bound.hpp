@@ -25,6 +25,7 @@ struct BoundParams {
   float held_nm = 0;                // a knob that is let off may rest against this much
   std::int32_t turn_counts = std::numeric_limits<std::int32_t>::max();
   std::int32_t spin_counts = std::numeric_limits<std::int32_t>::max();  // from look to look
+  float damping_nm_s_per_rad = 0;  // the most that dampers give, while nothing has swung
 };
 
 /// Share of the stable stiffness.
@@ -44,13 +45,15 @@ inline constexpr std::uint32_t kMostDoubt = 2048;
 /// A wall under a leaning hand can be several times as stiff as a free spring. So the bound begins
 /// well above the stable stiffness and comes down when it must. One count switches no more than
 /// half the motor, if the motor moves the knob at all.
-/// @param inertia_kg_m2 of the knob
+/// @param damping_nm_s_per_rad that is stable
+/// @param inertia_kg_m2        of the knob
 /// @param friction_nm   dry friction of the knob. A torque that changes by no more from count to
 ///                      count leaves a knob at rest where it is
-constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
-                                        float motor_torque_max_nm, float inertia_kg_m2,
-                                        float friction_nm) {
+constexpr BoundParams make_bound_params(const StableStiffness& stable, float damping_nm_s_per_rad,
+                                        const Resolution& resolution, float motor_torque_max_nm,
+                                        float inertia_kg_m2, float friction_nm) {
   BoundParams params;
+  params.damping_nm_s_per_rad = damping_nm_s_per_rad;
   params.slope_nm_per_count =
       kFirstStiffness * stable.stiffness_nm_per_rad * resolution.rad_per_count;
   if (moves_knob(motor_torque_max_nm, friction_nm)) {
@@ -147,7 +150,7 @@ constexpr void set_share(BoundState& state, float share) {
 
 /// The stiffest bound that still leads the knob back to where the line begins: a stiffer one would
 /// leave it inside a wall, and the next press would begin there.
-constexpr float most_share(const BoundState& state) {
+[[gnu::noinline]] constexpr float most_share(const BoundState& state) {
   if (!state.on_line) return 1.0F;
   const float risen_nm = absolute(state.line_nm - state.begin_nm);
   const float most_nm = state.params.slope_nm_per_count * absolute(state.line_counts);

@@ -86,7 +86,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   loop.speed_limit_rad_s = limits.speed_limit_rad_s;
   loop.controller.bound =
       core::make_bound_params(core::stable_stiffness(wall_parts(actuator, control, resolution)),
-                              resolution, loop.controller.partition.motor_torque_max_nm,
+                              stable_damping(actuator, control, period_s), resolution,
+                              loop.controller.partition.motor_torque_max_nm,
                               actuator.knob_inertia_kg_m2, actuator.knob_coulomb_nm);
   // No slower than the speed of one count.
   const float full_rad_s =

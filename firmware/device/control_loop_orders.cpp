@@ -98,6 +98,7 @@ Status ControlLoop::configure(const Order& order) {
   guest.configure();
   controller_.bound = {};
   controller_.scene.inertia_share = 1.0F;
+  controller_.scene.damping_share = 1.0F;
   // Only a law that knows the brake keeps these up, and a bent shaft its piece.
   controller_.sensor.slipped_nm = 0.0F;
   controller_.sensor.piece = {};

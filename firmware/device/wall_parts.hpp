@@ -25,4 +25,15 @@ constexpr core::Parts wall_parts(const protocol::ActuatorConfig& actuator,
       .motor_torque_max_nm = configured_limits(actuator, control).motor_torque_max_nm};
 }
 
+/// What dampers may give together, N m s/rad. Without spring and friction (9) of
+/// docs/explanation/theory.md is 2 J a / (1 + 2 a d), within a tenth: a is the double pole of the
+/// speed's filter, d the lag. At most that is half a period of hold, one until the power stage has
+/// the command, and the motor's.
+constexpr float stable_damping(const protocol::ActuatorConfig& actuator,
+                               const protocol::ControlConfig& control, float period_s) {
+  const float late_s = 1.5F * period_s + actuator.motor_time_constant_s;
+  return actuator.knob_inertia_kg_m2 /
+         (0.5F / (core::kTwoPi * control.speed_bandwidth_hz) + late_s);
+}
+
 }  // namespace torsio::device

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -149,7 +148,7 @@ struct Tone {
 class Played {
  public:
   Played(std::span<const protocol::ReportBytes> reports, const core::Resolution& resolution,
-         bool bounds)
+         bool bounds, float dampers_nm_s_per_rad)
       : resolution_(resolution), bounds_(bounds) {
     for (const protocol::ReportBytes& bytes : reports) {
       take(bytes, local_report_);
@@ -157,23 +156,26 @@ class Played {
       std::apply([&](auto... effect) { (take(bytes, effect), ...); }, protocol::EffectReports{});
     }
     local_ = device::prepare(local_report_, resolution);
+    const float asked = core::damping_nm_s_per_rad(scene_.get());
+    if (bounds && asked > dampers_nm_s_per_rad) damping_share_ = dampers_nm_s_per_rad / asked;
   }
 
   [[nodiscard]] double torque_nm(core::SceneState& state, const core::Motion& motion) const {
+    state.damping_share = damping_share_;
     return double{core::evaluate_scene(*scene_, state, motion, resolution_, 0) +
                   core::evaluate_local_model(local_, motion, resolution_)};
   }
 
   /// Positions that something is about, in counts.
   std::vector<std::int64_t> places{0};
-  bool plays = false;         // anything at all
+  bool plays = false;         // anything but dampers, if the law bounds them
   bool feels_motion = false;  // speed or acceleration matter
 
  private:
   template <class Report>
   void take(const protocol::ReportBytes& bytes, Report& report) {
     if (!read_as(bytes, report, bounds_)) return;
-    plays = true;
+    plays = plays || !bounds_ || !std::is_same_v<Report, protocol::Damper>;
     protocol::Layout<Report>::fields.apply(
         [&](const auto&... field) { (look_at(field.name, report.*field.member), ...); });
     if constexpr (requires { report.target; }) {
@@ -205,6 +207,7 @@ class Played {
 
   core::Resolution resolution_;
   bool bounds_;
+  float damping_share_ = 1.0F;
   std::unique_ptr<core::Scene> scene_ = std::make_unique<core::Scene>();
   protocol::LocalModel local_report_;
   core::LocalModel local_;
@@ -420,8 +423,7 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                           const protocol::ActuatorConfig& actuator,
                           const protocol::ControlConfig& control, std::uint32_t control_period_ns,
                           std::atomic<double>& rests_nm_per_rad, bool host_moves) {
-  const core::Resolution resolution =
-      core::make_resolution(actuator.counts_per_rev, control_period_ns);
+  const auto resolution = core::make_resolution(actuator.counts_per_rev, control_period_ns);
   const bool bounds = !host_moves && core::traits(static_cast<core::Law>(control.law)).bounds;
   const double slope_nm_per_rad = slope_of(reports, resolution, bounds);
   if (slope_nm_per_rad <= rests_nm_per_rad) return {};
@@ -430,19 +432,19 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
     rests_nm_per_rad = slope_nm_per_rad;
     return {};
   }
-  const Played played(reports, resolution, bounds);
+  const Played played(reports, resolution, bounds,
+                      device::stable_damping(actuator, control, resolution.period_s));
   if (!played.plays) return {};
   const Loop loop(played, parts, double{control.speed_bandwidth_hz});
   const bool swings = loop.swings();
   if (!swings && !loop.hums()) return {};
-  const std::string rate_hz = std::to_string(1'000'000'000 / control_period_ns);
   return (swings ? "let go, the knob may swing in this for ever: together the effects are stiffer, "
                    "damp more or have more inertia than its parts can render at " +
-                       rate_hz + " Hz"
+                       std::to_string(1'000'000'000 / control_period_ns) + " Hz"
                  : "at rest the knob may hum in this: a count of its encoder switches more torque "
                    "than its friction holds") +
-         "; ask for less. The law 'calibrated' bounds a scene, but no law bounds a damper, "
-         "inertia, a local model or what a host moves";
+         "; ask for less. The law 'calibrated' bounds a scene, but no law bounds a wall's "
+         "damping, inertia, a local model or what a host moves";
 }
 
 }  // namespace torsio::conversion

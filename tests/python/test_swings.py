@@ -22,6 +22,7 @@ from tests.bench.bench_swings import Case
 from torsio.perception import VIBRATION_NM
 from torsio.printed.config import Law
 from torsio.printed.scenes import Effect
+from torsio.stability import boundary
 
 SWING: dict[str, list[Effect]] = {
     "detents": [torsio.Detents(per_turn=200, torque_nm=0.08)],
@@ -53,6 +54,7 @@ REST: dict[str, list[Effect]] = {
     "wave": [torsio.Constant(torque_nm=0.005)],
 }
 LOCAL = {"stiffness_nm_per_rad": 50.0}
+DAMPED = torsio.Wall(stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=0.09)
 
 
 def warned(do: Callable[[], object]) -> list[str]:
@@ -164,33 +166,62 @@ def test_calibrated_law_bounds_scenes_which_then_rest(name: str) -> None:
         assert speed_after_push(knob, SWING[name], {}) < 0.05
 
 
+@pytest.mark.filterwarnings("ignore::torsio.StiffnessWarning")
+@pytest.mark.parametrize(("rate_hz", "share"), [(1e3, 0.4), (5e3, 0.7), (1e4, 0.85), (2e4, 0.9)])
+def test_damper_is_bounded_by_the_law_calibrated_and_by_no_other(
+    rate_hz: float, share: float
+) -> None:
+    smooth = replace(torsio.ActuatorConfig(), knob_coulomb_nm=0.0, knob_viscous_nm_s_per_rad=0.0)
+    damping_nm_s_per_rad, _ = boundary(smooth, torsio.ControlConfig(law="motor_only"), rate_hz)
+    stable = damping_nm_s_per_rad[-1]  # without a spring
+    turning = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (60.0, 60.0)])
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(control_rate_hz=rate_hz)) as knob:
+        knob.emulator.set_hand(turning)
+        given = []
+        for law in ("calibrated", "motor_only"):
+            knob.update(law=law)
+            knob.play(torsio.Damper(damping_nm_s_per_rad=0.2))
+            knob.arm()
+            knob.sleep(1.0)
+            given.append(-knob.record(duration_s=0.2)["desired_torque_nm"].mean())
+            knob.disarm()
+    assert share * stable < given[0] < stable
+    assert given[1] == pytest.approx(0.2, rel=0.02)
+
+
+DAMPER = torsio.Damper(damping_nm_s_per_rad=0.06)
+
+
 @pytest.mark.parametrize(
-    ("heavy", "light", "through"),
+    ("beside", "told", "holds"),
     [
-        (torsio.Damper(damping_nm_s_per_rad=0.5), torsio.Damper(damping_nm_s_per_rad=0.05), True),
-        # The device gives of it what it can.
-        (torsio.Inertia(inertia_kg_m2=2e-3), torsio.Inertia(inertia_kg_m2=2e-4), False),
+        # The device gives of these what it can.
+        ([replace(DAMPER, damping_nm_s_per_rad=0.5)], 0, True),
+        ([DAMPER] * 15, 0, True),
+        ([torsio.Inertia(inertia_kg_m2=2e-3)], 1, True),
+        ([torsio.Inertia(inertia_kg_m2=2e-4)], 0, True),
+        # A wall's damping it gives as it is asked.
+        ([DAMPED], 0, True),
+        ([DAMPED, DAMPER], 1, True),
+        ([replace(DAMPED, damping_nm_s_per_rad=0.5)], 1, False),
     ],
 )
 @pytest.mark.filterwarnings("ignore::torsio.StiffnessWarning")
-def test_weight_falls_through_a_wall_whose_damper_is_warned_of_whatever_the_law(
-    heavy: Effect, light: Effect, *, through: bool
+def test_wall_holds_a_weight_beside_all_but_a_wall_with_much_damping(
+    beside: list[Effect], told: int, *, holds: bool
 ) -> None:
     plant = torsio.PlantParams(counts_per_rev=2048)
     options = torsio.EmulatorOptions(plant=plant, control_rate_hz=2e4, log_truth=True)
-    for effect, is_heavy in ((heavy, True), (light, False)):
-        with torsio.open("emulated", emulator=options) as knob:
-            knob.update(law="calibrated")
-            scene = [torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=0.35), effect]
-            told = warned(lambda scene=scene: knob.play(scene))  # type: ignore[misc]
-            assert len(told) == is_heavy
-            knob.arm()
-            knob.emulator.set_hand(torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 0.065)]))
-            knob.sleep(2.0)
-            knob.emulator.truth()
-            knob.sleep(0.3)
-            angle_rad = knob.emulator.truth()["angle_rad"]
-            assert (np.ptp(angle_rad) > 1e-2) == (is_heavy and through)
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.update(law="calibrated")
+        scene = [torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=0.35), *beside]
+        assert len(warned(lambda: knob.play(scene))) == told
+        knob.arm()
+        knob.emulator.set_hand(torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 0.065)]))
+        knob.sleep(2.0)
+        knob.emulator.truth()
+        knob.sleep(0.3)
+        assert (np.ptp(knob.emulator.truth()["angle_rad"]) < 1e-2) == holds
 
 
 def test_place_does_not_matter_but_what_is_there() -> None:

@@ -173,11 +173,37 @@ TEST_CASE("one count switches no more than half the motor by virtual inertia") {
   }
 }
 
+TEST_CASE("dampers together give the bound's share of what is stable") {
+  core::ControllerParams params = reference_actuator();
+  params.bound = core::make_bound_params({}, 0.12F, params.motion.resolution, 0.1F, 1e-4F, 6e-3F);
+  const auto asked_nm_s_per_rad = [&](core::Law law, float each_nm_s_per_rad, float share) {
+    params.partition.law = law;
+    core::Scene scene;
+    scene.effect[0] = scene.effect[1] = core::Damper{each_nm_s_per_rad, 1000.0F};
+    scene.order[1] = 1;
+    scene.active = 2;
+    core::ControllerState state;
+    state.bound.share = share;
+    core::ControllerOutputs out;
+    core::Plan plan;
+    for (std::uint32_t count = 0; count < 200; ++count) {
+      plan = core::plan_of(params, state.bound, {&scene});
+      out = core::control(state, params, plan, count);
+    }
+    const float nm = plan.bounds ? core::asked_torque(state, plan) : out.desired_torque_nm;
+    return -nm / out.motion.speed_rad_s;
+  };
+  CHECK(asked_nm_s_per_rad(core::Law::motor_only, 1.0F, 1.0F) == Approx(2.0));
+  CHECK(asked_nm_s_per_rad(core::Law::calibrated, 1.0F, 1.0F) == Approx(0.12));
+  CHECK(asked_nm_s_per_rad(core::Law::calibrated, 0.025F, 1.0F) == Approx(0.05));
+  CHECK(asked_nm_s_per_rad(core::Law::calibrated, 0.025F, 0.25F) == Approx(0.03));
+}
+
 // No hand feels what is left out of a knob that was flung, and a wrong guess may drive it.
 TEST_CASE("a knob that spins loses the trust until it rests, and a flywheel after long") {
   core::ControllerParams params = reference_actuator();  // 1 kHz: a look in 256 ms
   params.partition.law = core::Law::calibrated;
-  params.bound = core::make_bound_params({}, params.motion.resolution, 0.1F, 1e-4F, 6e-3F);
+  params.bound = core::make_bound_params({}, 0.02F, params.motion.resolution, 0.1F, 1e-4F, 6e-3F);
   double count = 0.0;
   const auto turn = [&](core::ControllerState& state, const core::Effect& effect, double rad_s) {
     core::Scene scene;

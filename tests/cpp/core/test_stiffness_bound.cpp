@@ -183,7 +183,7 @@ TEST_CASE("what changes in time passes whole, bounded or not") {
 }
 
 TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
-  const BoundParams params = make_bound_params({12.0F, StabilityLimit::lag},
+  const BoundParams params = make_bound_params({12.0F, StabilityLimit::lag}, 0.02F,
                                                make_resolution(8192, 100'000), 0.1F, 1e-4F, 6e-3F);
   CHECK(params.slope_nm_per_count == Approx(36.0 * 2.0 * 3.14159265358979 / 8192.0));
   CHECK(params.buzz_ticks == 400);
@@ -196,8 +196,8 @@ TEST_CASE("the bound begins at three times what is stable, and a hand's swing ta
 TEST_CASE(
     "a bound that friction holds anyway, or no friction at all, leaves a share of 1/64 to 1") {
   const auto share = [](float friction_nm) {
-    return make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F,
-                             1e-4F, friction_nm)
+    return make_bound_params({12.0F, StabilityLimit::lag}, 0.02F, make_resolution(8192, 100'000),
+                             0.1F, 1e-4F, friction_nm)
         .quiet_share;
   };
   CHECK(share(1.0F) == 1.0F);
@@ -205,7 +205,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the bound begins no higher than where one count switches half the motor") {
-  const BoundParams params = make_bound_params({12.0F, StabilityLimit::lag},
+  const BoundParams params = make_bound_params({12.0F, StabilityLimit::lag}, 0.02F,
                                                make_resolution(8192, 100'000), 0.05F, 1e-4F, 6e-3F);
   CHECK(params.slope_nm_per_count == Approx(0.025));
 }
@@ -218,7 +218,7 @@ TEST_CASE("a motor that is too weak to move the knob bounds nothing") {
     CHECK(stable.limited_by != StabilityLimit::counts);
     CHECK(stable.stiffness_nm_per_rad > 1000.0F);
     const BoundParams params =
-        make_bound_params(stable, make_resolution(8192, 100'000), motor_nm, 1e-4F, 6e-3F);
+        make_bound_params(stable, 0.02F, make_resolution(8192, 100'000), motor_nm, 1e-4F, 6e-3F);
     CHECK(params.slope_nm_per_count > 1.0F);
   }
 }

@@ -62,7 +62,7 @@ BOARDS: Final = {
         effects={
             "Wall": 37,
             "Spring": 52,
-            "Damper": 19,
+            "Damper": 22,
             "Friction": 28,
             "Inertia": 28,
             "Constant": 59,
@@ -91,7 +91,7 @@ BOARDS: Final = {
         effects={
             "Wall": 612,
             "Spring": 580,
-            "Damper": 157,
+            "Damper": 219,
             "Friction": 316,
             "Inertia": 318,
             "Constant": 155,
