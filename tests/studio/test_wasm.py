@@ -153,10 +153,11 @@ def test_page_judges_scenes_by_the_same_rule() -> None:
         judged(spring),
         judged(spring, spring, spring),
         judged(damper),
-        judged(damper, law="calibrated"),
+        judged(damper, law="calibrated"),  # which bounds it
+        judged(("wall", {**spring[1], "damping_nm_s_per_rad": 0.5}), law="calibrated"),
     ]
     answers = _in_wasm(steps)["features"]
-    assert [bool(answer) for answer in answers] == [False, False, True, True, True]
+    assert [bool(answer) for answer in answers] == [False, False, True, True, False, True]
     options = torsio.EmulatorOptions(control_rate_hz=1e9 / PERIOD_NS)
     with (
         torsio.open("emulated", emulator=options) as knob,
