@@ -28,9 +28,11 @@ ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
   require(options.delay_ticks <= kMostDelayTicks,
           "delay_ticks must be at most 1000, is " + std::to_string(options.delay_ticks));
   late_.resize(options.delay_ticks);
-  if (power_)
+  if (power_) {
     power_->power_up(options.board.value_or(matching_board(*options.plant.electrics)),
                      options.actuator.brake_time_constant_s);
+    power_->rest(plant_);
+  }
   controller_.tick = options.first_tick;
   if (options.initial) plant_.set_state(*options.initial);
   if (options.spin_up) spin_up(*options.spin_up);

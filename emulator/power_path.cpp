@@ -62,6 +62,11 @@ void PowerPath::power_up(const protocol::BoardConfig& config, float brake_lag_s)
   acting_ = {};
 }
 
+void PowerPath::rest(const Plant& plant) {
+  constexpr int kReadings = 1000;
+  for (int i = 0; i < kReadings; ++i) logic_->step({}, read_current(plant));
+}
+
 void PowerPath::power_down() {
   logic_.reset();
   acting_ = {};
@@ -105,8 +110,8 @@ std::int32_t PowerPath::read_current(const Plant& plant) {
     noise_v = electrics_.sensor_noise_v * radius * cos_of_turns(random_.uniform());
   }
   const double direction = electrics_.motor_reversed ? -1.0 : 1.0;
-  const double current_a =
-      circuit_.current_a(plant) + circuit_.ripple_a(acting_, electrics_.sample_offset_s);
+  const double after_middle_s = electrics_.sample_offset_s - 1e-9 * device::kMeasurementLeadNs;
+  const double current_a = circuit_.current_a(plant) + circuit_.ripple_a(acting_, after_middle_s);
   double shown_v = electrics_.sensor_zero_v + noise_v;
   switch (electrics_.sensor_state) {
     case CurrentSensorState::works:

@@ -27,6 +27,8 @@ class PowerPath {
 
   /// The board starts, with this configuration.
   void power_up(const protocol::BoardConfig& config, float brake_lag_s);
+  /// The board stands without a command until it knows its current sensor's zero. No time passes.
+  void rest(const Plant& plant);
   void power_down();
 
   /// Bits of `faults` for the parts that the board cannot trust now; see device::PowerLogic.

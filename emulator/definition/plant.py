@@ -144,7 +144,7 @@ ELECTRICS = Structure(
         for_hosts(number("current_period_s", "s", 0.0, 1e-3, "of the current loop, rounded to a whole part of the control period, which 0 is", default=25e-6)),
         for_hosts(number("output_delay_s", "s", 1e-6, 1e-3, "from a measurement to the voltage that answers it; at most a period of the current loop", default=25e-6)),
         yes_or_no("predictive", "the current loop of the RP2350; off: the one of the RP2040", default=True),
-        for_hosts(number("sample_offset_s", "s", 0.0, 1e-5, "from the middle of the time in which the bridge drives to the measurement", default=1e-6)),
+        for_hosts(number("sample_offset_s", "s", 0.0, 1e-5, "from the beginning of a measurement until it takes the current; boards begin 1 us before the middle of the bridge's pulse", default=1e-6)),
         positive("sensor_v_per_a", "V/A", "of the current sensor", constants.REFERENCE_CURRENT_SENSE_V_PER_A),
         for_hosts(number("sensor_zero_v", "V", -10.0, 10.0, "its output without current", default=1.65)),
         amount("sensor_noise_v", "V", "standard deviation", 1e-3),

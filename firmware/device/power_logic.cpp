@@ -5,7 +5,7 @@
 namespace torsio::device {
 namespace {
 
-// Follows a sensor's slow drift, not its noise.
+// Follows a sensor's slow drift, not its noise. Before, the zero is the mean of all readings.
 constexpr float kZeroShare = 1.0F / 256;
 
 // Noise makes one high sample, a short circuit makes many.
@@ -111,8 +111,9 @@ bool PowerLogic::over_current() const { return over_current_steps_ >= kOverCurre
 std::uint16_t PowerLogic::find_faults(bool bridge_reports) const {
   namespace fault = protocol::fault;
   const bool settled = !enabled_ || steps_enabled_ == settle_steps_;
-  const bool zero_fits = !zero_known_ || (zero_steps_ >= zero_margin_steps_ &&
-                                          zero_steps_ <= converter_top_steps_ - zero_margin_steps_);
+  const bool zero_fits =
+      zero_share_ == 1.0F || (zero_steps_ >= zero_margin_steps_ &&
+                              zero_steps_ <= converter_top_steps_ - zero_margin_steps_);
   return static_cast<std::uint16_t>(
       (over_current() || (bridge_reports && settled) ? fault::actuator : 0) |
       (zero_fits ? 0 : fault::current_sensor) | (believed_ ? 0 : fault::winding) |
@@ -125,8 +126,8 @@ void PowerLogic::measure(std::int32_t current_steps) {
   if (steps_to_zero_ != 0) {
     --steps_to_zero_;
   } else if (!enabled_) {
-    zero_steps_ = zero_known_ ? zero_steps_ + (steps - zero_steps_) * kZeroShare : steps;
-    zero_known_ = true;
+    zero_steps_ += (steps - zero_steps_) * zero_share_;
+    zero_share_ = core::larger(zero_share_ / (1.0F + zero_share_), kZeroShare);
   }
   current_a_ = (steps - zero_steps_) * amperes_per_step_;
 

@@ -16,6 +16,10 @@
 
 namespace torsio::device {
 
+/// A board begins to measure its current so long before the middle of the bridge's pulse. Interrupt
+/// and converter take as long. In the middle the current is at its mean.
+inline constexpr std::uint32_t kMeasurementLeadNs = 1000;
+
 /// A board's facts for its power stage, apart from its wiring.
 struct PowerBoard {
   std::uint32_t current_period_ns = 25'000;     // of the current loop
@@ -168,7 +172,7 @@ class PowerLogic {
   float speed_rad_s_ = 0;
   std::uint32_t steps_to_zero_ = 0;  // until what is measured without power is no current any more
   float zero_steps_ = 0;
-  bool zero_known_ = false;
+  float zero_share_ = 1.0F;  // of the next reading
   float current_a_ = 0;
   std::uint8_t over_current_steps_ = 0;
   bool enabled_ = false;

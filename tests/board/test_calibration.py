@@ -11,7 +11,7 @@ import pytest
 import torsio
 from tests.board import felt, pico
 from tests.board.live import live_knob
-from tests.board.world import World
+from tests.board.world import LEAD_S, World
 from torsio.calibration.electric import intervals
 from torsio.calibration.play import Player, Run
 from torsio.printed.plant import Electrics, PlantParams
@@ -71,7 +71,7 @@ def test_board_in_a_world_sees_the_current_through_the_sensor_that_is_there() ->
     world = World(PlantParams(electrics=electrics))
     for _ in range(400):
         world.pass_period(0.3, 0.0, True)
-    flows_a = world.circuit.current_a(electrics.sample_offset_s)
+    flows_a = world.circuit.current_a(electrics.sample_offset_s - LEAD_S)
     seen_a, _ = world.pass_period(0.3, 0.0, True)
     assert flows_a > 0.1
     assert seen_a == pytest.approx(1.1 * flows_a)

@@ -17,6 +17,7 @@ from torsio.printed.config import BoardConfig
 from torsio.printed.hands import Hand
 from torsio.printed.plant import Electrics, PlantParams
 
+LEAD_S = 1e-6  # of a measurement, before the middle of the bridge's pulse
 PERIOD_NS = 25_000  # PWM of the bridges
 ROW_NS = 1_000_000  # from one row of a record to the next
 
@@ -65,7 +66,8 @@ class World:
             within the period in ns, negative for one backwards.
         """
         electrics = self._electrics
-        sensed_v = electrics.sensor_v_per_a * self.circuit.current_a(electrics.sample_offset_s)
+        after_middle_s = electrics.sample_offset_s - LEAD_S
+        sensed_v = electrics.sensor_v_per_a * self.circuit.current_a(after_middle_s)
         sensed_v += electrics.sensor_noise_v * self._random.normal()
         current_a = sensed_v / BoardConfig().current_sense_v_per_a
         if self.periods * PERIOD_NS % ROW_NS == 0:

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import torsio
+from torsio.closed_loop import LoopOptions, simulate
 
 OHM, CONSTANT_NM_PER_A, SUPPLY_V = 3.1, 0.05, 12.0
+STEP_NM = CONSTANT_NM_PER_A * 3.3 / 4096 / 0.2  # of the current sensor's converter
 # Stiff against the motor, so that nothing turns.
 HAND = torsio.ImpedanceHand(
     intended_angle_rad=[(0.0, 0.0)], stiffness_nm_per_rad=500.0, damping_nm_s_per_rad=0.5
@@ -53,8 +55,7 @@ def test_sums_tell_the_charge_and_the_voltage_of_a_held_knob(rate_hz: float) -> 
     assert after.time_s - before.time_s == pytest.approx(end_s - begin_s, abs=2.0 / rate_hz)
     current_a = (after.current_sum_a - before.current_sum_a) / periods - after.zero_a
     true_a = float(np.mean(truth["motor_torque_nm"])) / CONSTANT_NM_PER_A
-    # Read a microsecond after the middle of the pulse: up to 12 V / 1.5 mH * 1 us = 8 mA too much.
-    assert 0.0 <= current_a - true_a < 9e-3
+    assert current_a == pytest.approx(true_a, abs=1e-3)
     voltage_v = SUPPLY_V * (after.share_sum - before.share_sum) / periods
     assert voltage_v == pytest.approx(OHM * true_a, rel=0.01)
     assert after.step_a == pytest.approx(3.3 / 4096 / 0.2)
@@ -71,3 +72,23 @@ def test_disarmed_board_goes_on_to_measure_and_drives_nothing() -> None:
     assert told.share_sum == told.share == 0.0
     # The converter cuts off parts of a step of 0.8 mV.
     assert told.zero_a * 0.2 == pytest.approx(1.6, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("torque_nm", [0.03, -0.03, 1e-4])
+def test_no_reading_alone_is_the_sensors_zero(torque_nm: float, seed: int) -> None:
+    plant = torsio.PlantParams(electrics=torsio.Electrics())
+    control = torsio.ControlConfig(law="motor_only")
+    scene = [torsio.Constant(torque_nm=torque_nm)]
+    options = LoopOptions(plant=plant, hand=HAND, scene=scene, seed=seed, control=control)
+    # As soon as one can arm.
+    emulated = torsio.EmulatorOptions(
+        plant=plant, hand=HAND, log_truth=True, seed=seed, control=control
+    )
+    with torsio.open("emulated", emulator=emulated) as knob:
+        knob.play(scene)
+        knob.arm()
+        knob.sleep(0.3)
+        for rows in (simulate(options, duration_s=0.3), knob.emulator.truth()):
+            given_nm = rows["motor_torque_nm"][-len(rows) // 3 :].mean()
+            assert given_nm == pytest.approx(torque_nm, abs=0.4 * STEP_NM)

@@ -147,7 +147,8 @@ struct Electrics {
   /// to 0.001
   double output_delay_s = 2.5e-5;
   bool predictive = true;  ///< the current loop of the RP2350; false: the one of the RP2040
-  /// from the middle of the time in which the bridge drives to the measurement; 0 to 1e-5
+  /// from the beginning of a measurement until it takes the current; boards begin 1 us before the
+  /// middle of the bridge's pulse; 0 to 1e-5
   double sample_offset_s = 1e-6;
   double sensor_v_per_a = 0.2;    ///< of the current sensor; > 0
   double sensor_zero_v = 1.65;    ///< its output without current; -10 to 10

@@ -181,7 +181,8 @@ struct Fields<Electrics> {
         field("predictive", &Electrics::predictive, "", -kNoLimit, kNoLimit,
               "the current loop of the RP2350; off: the one of the RP2040"),
         field("sample_offset_s", &Electrics::sample_offset_s, "s", 0.0, 1e-5,
-              "from the middle of the time in which the bridge drives to the measurement"),
+              "from the beginning of a measurement until it takes the current; boards begin 1 us "
+              "before the middle of the bridge's pulse"),
         field("sensor_v_per_a", &Electrics::sensor_v_per_a, "V/A", 1e-15, 1e15,
               "of the current sensor"),
         field("sensor_zero_v", &Electrics::sensor_zero_v, "V", -10.0, 10.0,

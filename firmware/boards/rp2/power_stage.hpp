@@ -18,8 +18,8 @@ class PowerStage {
   PowerStage(const protocol::BoardConfig& config, const device::PowerBoard& board,
              float brake_lag_s);
 
-  /// Starts the PWM units in step. They call `handler` once a period of the current loop, in the
-  /// middle of the motor's pulse, where the current is at its average.
+  /// Starts the PWM units in step. They call `handler` once a period of the current loop, just
+  /// before the middle of the motor's pulse: see device::kMeasurementLeadNs.
   void start(void (*handler)());
 
   /// First thing in the handler: acknowledges it and starts to measure the current.

@@ -904,8 +904,8 @@ typedef struct torsio_electrics {
   double output_delay_s;
   /// the current loop of the RP2350; false: the one of the RP2040; at first true
   bool predictive;
-  /// from the middle of the time in which the bridge drives to the measurement; 0 to 1e-5; at first
-  /// 1e-06
+  /// from the beginning of a measurement until it takes the current; boards begin 1 us before the
+  /// middle of the bridge's pulse; 0 to 1e-5; at first 1e-06
   double sample_offset_s;
   /// of the current sensor; > 0; at first 0.2
   double sensor_v_per_a;

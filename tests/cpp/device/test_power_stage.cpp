@@ -186,6 +186,25 @@ TEST_CASE("where zero is, is learned only while the motor has no power") {
   CHECK(bench.motor() < 0.0);
 }
 
+TEST_CASE("the current is read 1 us before the middle of the pulse, whatever interrupts take") {
+  StageBench bench;
+  bench.stage->start(nullptr);
+  const std::size_t step_unit = 0;  // the first that is free
+  for (std::size_t unit = 0; unit < fake::chip.counter.size(); ++unit)
+    CHECK(fake::chip.counter[unit] == (unit == step_unit ? 150 : 0));
+}
+
+TEST_CASE("where zero is, is the mean of the readings before") {
+  StageBench bench;
+  for (int i = 0; i < 64; ++i) {
+    bench.measure(i % 2 == 0 ? 0.02 : -0.02);
+    bench.apply({});
+  }
+  bench.measure(0.0);
+  bench.apply(on(0.0F));
+  CHECK(std::abs(bench.motor()) < 1e-3);
+}
+
 TEST_CASE("where zero is, is learned again once the power has gone") {
   StageBench bench;
   bench.apply(on(0.05F), 10);

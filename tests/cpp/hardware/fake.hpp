@@ -27,6 +27,7 @@ struct Chip {
   std::array<std::array<std::uint16_t, 2>, 16> pwm{};
   std::uint16_t wrap = 0;
   std::uint32_t running = 0;  // PWM units
+  std::array<std::uint16_t, 12> counter{};
 };
 inline Chip chip;
 struct Adc {
@@ -80,6 +81,9 @@ inline void pwm_config_set_wrap(pwm_config* config, std::uint16_t wrap) { config
 inline void pwm_init(unsigned, const pwm_config*, bool) {}
 inline void pwm_set_both_levels(unsigned unit, std::uint16_t a, std::uint16_t b) {
   fake::chip.pwm[unit] = {a, b};
+}
+inline void pwm_set_counter(unsigned unit, std::uint16_t counter) {
+  fake::chip.counter[unit] = counter;
 }
 inline void pwm_clear_irq(unsigned) {}
 inline void pwm_set_irq_enabled(unsigned, bool) {}

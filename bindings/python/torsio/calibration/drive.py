@@ -13,9 +13,9 @@ from torsio.printed.config import BoardConfig
 
 __all__ = ["Drive", "drive_of"]
 
-# From the middle of the bridge's pulse to the moment that the current is read: the time of
-# interrupt and converter, not known better.
-_LATE_S, _LATE_SIGMA = 1.0e-6, 0.35
+# The current is read in the middle of the bridge's pulse, as exactly as the time of interrupt and
+# converter is known.
+_LATE_SIGMA_S = 0.35e-6
 _NOISE_V = 1e-3  # of the current sensor
 
 
@@ -37,7 +37,7 @@ class _Loop:
 
 @dataclass(frozen=True)
 class Drive:
-    """A motor on a bridge whose current is read a little late.
+    """A motor on a bridge whose current may be read a little late.
 
     While the bridge drives, the current rises; in the middle of the pulse it is at its mean. A
     later reading is too large, and holds the mean too low by ``rise_a * (1 - |share|)``, whichever
@@ -46,23 +46,26 @@ class Drive:
 
     Attributes
     ----------
-    rise_a
-        Rise of the current from the middle of the pulse until it is read, under the whole supply.
+    rise_sigma_a
+        Standard uncertainty of `rise_a`.
     blur
         Standard deviation of the bridge's share, by noise.
     predicts
         Whether its loop is the predictive one.
     added_kg_m2
         Inertia that is not there: the simple loop stays behind a back EMF that grows.
+    rise_a
+        Rise of the current from the middle of the pulse until it is read, under the whole supply.
     """
 
     torque_constant_nm_per_a: float
     resistance_ohm: float
     supply_v: float
-    rise_a: float
+    rise_sigma_a: float
     blur: float
     predicts: bool = True
     added_kg_m2: float = 0.0
+    rise_a: float = 0.0
 
     def missing_nm(self, told_nm: Array, speed_rad_s: Array) -> Array:
         """Give the missing part of a torque, with its sign."""
@@ -76,10 +79,7 @@ class Drive:
 
     def others(self) -> tuple[Drive, ...]:
         """Give what it may be as well: each by a standard uncertainty another."""
-        return (
-            replace(self, rise_a=(1.0 + _LATE_SIGMA) * self.rise_a),
-            replace(self, blur=1.5 * self.blur),
-        )
+        return (replace(self, rise_a=self.rise_sigma_a),)
 
 
 def drive_of(knob: Knob, board: BoardConfig | None = None) -> Drive | None:
@@ -108,7 +108,7 @@ def drive_of(knob: Knob, board: BoardConfig | None = None) -> Drive | None:
         constant,
         resistance,
         board.supply_v,
-        board.supply_v / inductance * _LATE_S,
+        board.supply_v / inductance * _LATE_SIGMA_S,
         v_per_a * _NOISE_V / board.current_sense_v_per_a / board.supply_v,
         loop.predicts,
         constant**2 * behind_s_per_ohm,

@@ -7,7 +7,7 @@ With the current ``i`` at both ends and the angle turned,
 
 holds exactly for every course of the current. Nothing noisy is differentiated, and the host may
 read at any time. ``drop`` has the voltage's sign: brushes, a bridge's dead time, and a current that
-is read a little after the middle of the pulse.
+is read a little beside the middle of the pulse.
 """
 
 from __future__ import annotations

@@ -154,7 +154,8 @@ class Electrics(checks.ByName):
     predictive
         The current loop of the RP2350; False: the one of the RP2040.
     sample_offset_s
-        From the middle of the time in which the bridge drives to the measurement; 0 to 1e-5.
+        From the beginning of a measurement until it takes the current; boards begin 1 us before the
+        middle of the bridge's pulse; 0 to 1e-5.
     sensor_v_per_a
         Of the current sensor; > 0.
     sensor_zero_v
