@@ -16,8 +16,8 @@
 
 namespace torsio::device {
 
-/// A board begins to measure its current so long before the middle of the bridge's pulse. Interrupt
-/// and converter take as long. In the middle the current is at its mean.
+/// A board begins to measure its current so long before the middle of the bridge's pulse, where the
+/// current is at its mean. Interrupt and converter take about as long; no board was measured.
 inline constexpr std::uint32_t kMeasurementLeadNs = 1000;
 
 /// A board's facts for its power stage, apart from its wiring.

@@ -36,7 +36,7 @@ def _model() -> Iterator[None]:
 
 def test_torque_that_is_missing_is_that_of_the_current_that_rises_until_it_is_read() -> None:
     # 12 V at 1.5 mH for a microsecond are 8 mA, and half of it at half the voltage.
-    drive = Drive(0.05, 2.5, 12.0, 12.0 / 1.5e-3 * 1e-6, 0.02)
+    drive = Drive(0.05, 2.5, 12.0, 0.0, 0.02, rise_a=12.0 / 1.5e-3 * 1e-6)
     half_nm = 6.0 / 2.5 * 0.05
     told_nm = np.array([half_nm, -half_nm, 0.0, 0.0])
     speed_rad_s = np.array([0.0, 0.0, 60.0, 0.0])  # at a back EMF of 3 V

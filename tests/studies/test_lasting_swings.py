@@ -14,6 +14,7 @@ import pytest
 
 from tests.studies.found import FOUND, ROLLS, found
 from torsio import (
+    BoardConfig,
     ControlConfig,
     Curve,
     EndStops,
@@ -29,7 +30,7 @@ from torsio import (
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions
 from torsio.perception import TORQUE_JND_NM
 from torsio.printed.hands import Hand, PrescribedMotion
-from torsio.printed.plant import BrakeHysteresis, ShaftHardening
+from torsio.printed.plant import BrakeHysteresis, Electrics, ShaftHardening
 from torsio.printed.scenes import Effect
 from torsio_studies.falsify.search import (
     LASTING_RAD,
@@ -125,6 +126,25 @@ def test_shaft_that_is_told_too_stiff_makes_no_soft_wall_swing(factor: float) ->
 )
 def test_brake_that_is_told_wrong_makes_no_soft_wall_swing(name: str, factor: float) -> None:
     assert widest_rad(visits(told={name: factor})) < LASTING_RAD
+
+
+@pytest.mark.parametrize("gives", [1.1, 1.3])
+def test_brake_that_gives_more_than_it_is_told_makes_no_soft_wall_swing(gives: float) -> None:
+    coil = Electrics()
+    board = replace(
+        BoardConfig(),
+        motor_current_continuous_a=BoardConfig().motor_current_max_a,
+        brake_torque_constant_nm_per_a=coil.coil_torque_constant_nm_per_a / gives,
+    )
+    walls = [
+        loop(
+            Wall(angle_rad=AT_RAD, stiffness_nm_per_rad=stiffness),
+            weight(WEIGHT_NM, 0.1),
+            plant=replace(PLANT, electrics=coil),
+        )
+        for stiffness in (1.0, 2.0, 3.0)
+    ]
+    assert widest_rad(measure([replace(wall, board=board) for wall in walls])) < LASTING_RAD
 
 
 def test_shaft_that_softens_and_is_told_straight_makes_no_soft_wall_swing() -> None:
@@ -286,9 +306,12 @@ def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, .
     assert not breaks(case, confirm(case, options))
 
 
-def test_weight_of_two_thirds_of_a_detent_rolls_over_it_only_if_beliefs_are_wrong() -> None:
-    """It overshoots with the brake's side, whose swing the sensor takes for another."""
-    case, options = found(*ROLLS)
+@pytest.mark.parametrize("number", range(len(ROLLS)))
+def test_weight_of_a_detent_s_third_or_more_rolls_over_it_only_if_beliefs_are_wrong(
+    number: int,
+) -> None:
+    """It swings by what the sensor is told wrong, and the bound takes the detents away."""
+    case, options = found(*ROLLS[number])
     right = replace(options, actuator=None)
     without_sensor = replace(options, control=replace(options.control, law="motor_only"))
     motions = measure([options, right, without_sensor])

@@ -20,12 +20,13 @@ namespace {
 constexpr std::uint16_t kHalfPeriod = 150'000'000 / 40'000 / 2;  // steps of a PWM period
 
 struct StageBench {
-  explicit StageBench(BoardConfig of = {}, PowerBoard on = {50'000, 50'000, false})
+  explicit StageBench(BoardConfig of = {}, PowerBoard on = {50'000, 50'000, false},
+                      int readings = 300)
       : config(of), board(on), zero_steps(1000) {
     fake::chip = {};
     stage.emplace(config, board, 20e-3F);
     measure(0.0);
-    apply({});
+    apply({}, readings);
   }
   /// The current sensor's reading.
   void measure(double amperes) {
@@ -186,7 +187,7 @@ TEST_CASE("where zero is, is learned only while the motor has no power") {
   CHECK(bench.motor() < 0.0);
 }
 
-TEST_CASE("the current is read 1 us before the middle of the pulse, whatever interrupts take") {
+TEST_CASE("the interrupt comes 1 us before the middle of the pulse, where the current is read") {
   StageBench bench;
   bench.stage->start(nullptr);
   const std::size_t step_unit = 0;  // the first that is free
@@ -195,7 +196,7 @@ TEST_CASE("the current is read 1 us before the middle of the pulse, whatever int
 }
 
 TEST_CASE("where zero is, is the mean of the readings before") {
-  StageBench bench;
+  StageBench bench({}, {50'000, 50'000, false}, 0);
   for (int i = 0; i < 64; ++i) {
     bench.measure(i % 2 == 0 ? 0.02 : -0.02);
     bench.apply({});

@@ -78,7 +78,7 @@ class Drive:
         return missing
 
     def others(self) -> tuple[Drive, ...]:
-        """Give what it may be as well: each by a standard uncertainty another."""
+        """Give what it may be as well: one that reads a standard uncertainty later."""
         return (replace(self, rise_a=self.rise_sigma_a),)
 
 

@@ -48,7 +48,7 @@ def drawn_electrics(number: int) -> Electrics:
 def electric_plant(hidden: HiddenKnob, electrics: Electrics) -> PlantParams:
     """Give a knob the electrics of a board; its brake then lags by its coil.
 
-    When the board reads its current, after the middle of the pulse, is hidden too; and supply,
+    When the board reads its current, near the middle of the pulse, is hidden too; and supply,
     current sensor and winding are up to a tenth off from what the board is configured to.
     """
     supply, sensor, winding = np.random.default_rng([17, hidden.number]).uniform(

@@ -29,7 +29,7 @@ CUT_WALLS = (10.0, 25.0, 50.0, 100.0)
 LOOP = BrakeHysteresis(half_width_nm=0.1 * runs.BRAKE_NM)
 ASSIST_NM = 5.8e-3
 TURN_RAD_S = 1.0
-PLACES = 16  # within a count
+PLACES, SEEDS = 16, 4  # within a count; of the current sensor's noise
 EXITS_RAD_S = (0.1, 0.25, 0.6, 1.0)
 # Of an encoder whose count flickers on, and N m/rad of walls in which the device holds it.
 NOISE_COUNTS, NOISY_COUNTS, HOLDING_WALLS = 0.3, (8192, 32_768, 131_072), (30.0, 300.0, 3000.0)
@@ -39,6 +39,7 @@ WRONG_EXIT_RAD_S: Final = 0.25
 WRONG_BELIEFS: Final = (
     *("spring_stiffness_nm_per_rad", "brake_time_constant_s", "brake_inertia_kg_m2"),
     *("brake_drag_nm", "knob_coulomb_nm", "brake_hysteresis_nm"),
+    *("knob_inertia_kg_m2", "motor_time_constant_s"),
     *("motor_torque_constant_nm_per_a", "brake_torque_constant_nm_per_a", "current_sense_v_per_a"),
 )
 # A device's beliefs before its calibration, over the truth.
@@ -222,6 +223,7 @@ def worst(
 ) -> Results:
     """Give the worst of visits where knob and wall begin at different places within a count.
 
+    At each place the noise of the current sensor is tried with several seeds.
     `wrong` are factors on what the device is told.
     """
     stiffness, told = runs.per_degree(WALL), wrong or {}
@@ -241,10 +243,14 @@ def worst(
     for name, factor in told.items():
         visits = [_with_wrong(visit, name, factor) for visit in visits]
     duration_s = runs.PUSH_DURATION_S - runs.PULL_S + pull_s
-    rows = simulate_many(visits, duration_s=duration_s)
     pushes = [
-        runs.measure_push(one, stiffness, wall_rad)
-        for one, wall_rad in zip(rows, walls_rad, strict=True)
+        runs.measure_push(rows, stiffness, wall_rad)
+        for seed in range(SEEDS)
+        for rows, wall_rad in zip(
+            simulate_many([replace(one, seed=seed) for one in visits], duration_s=duration_s),
+            walls_rad,
+            strict=True,
+        )
     ]
     return {
         "variant": variant.name,
