@@ -144,7 +144,7 @@ TEST_CASE("a current of more than one and a half times the limit is a fault afte
   BoardConfig config;
   config.motor_current_max_a = 2.0F;
   for (const double sign : {1.0, -1.0}) {
-    StageBench bench(config);
+    StageBench bench(config, {50'000, 50'000, false}, 1);
     bench.zero_steps = 2000;
     bench.measure(0.0);
     bench.apply({}, 20000);  // learns where zero is
@@ -237,7 +237,7 @@ TEST_CASE("the supply is measured between two measurements of the current") {
   BoardConfig config;
   config.supply_sense_pin = 27;
   config.current_sense_pin = 28;
-  StageBench bench(config, {100'000, 100'000, false});
+  StageBench bench(config, {100'000, 100'000, false}, 1);
   fake::adc.started.clear();
   const auto run = [&](int steps, double supply_v) {
     for (int i = 0; i < steps; ++i) {
