@@ -5,7 +5,7 @@
 namespace torsio::device {
 namespace {
 
-// Follows a sensor's slow drift, not its noise. Before, the zero is the mean of all readings.
+// Follows a sensor's slow drift, not its noise. Of the first 256 readings the zero is the mean.
 constexpr float kZeroShare = 1.0F / 256;
 
 // Noise makes one high sample, a short circuit makes many.

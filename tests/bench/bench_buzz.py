@@ -5,9 +5,10 @@ and two-sided springs from 0 to 10^6 N m/rad: at five speeds, let go, in a stiff
 one, with a tick of delay and without, with three encoders, and with a winding that is what the
 board takes it for or a third off in resistance and inductance. A line tells for one board, encoder
 and winding how many trials there were, how many counts the knob of the worst one moves by from half
-a second after contact on, how the loudest motor vibrates, and which trials move by more than two
-counts or vibrate so that a finger feels it, with how often their knob turns round: others only
-creep to where they stay. The exit status is 1 if any turns round or is felt.
+a second after contact on, how the loudest motor vibrates, but for a flicker of 0.2 s, and
+which trials move by more than two counts or vibrate so that a finger feels it, with how often their
+knob turns round: others only creep to where they stay. The exit status is 1 if any turns round or
+is felt.
 
 With ``quick`` as argument every tenth stiffness is tried; with names of boards, only those.
 """

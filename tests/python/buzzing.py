@@ -108,7 +108,7 @@ def motion(trial: Trial) -> tuple[int, int, float]:
     -------
     counts, turns, vibration_nm
         Between which it stays, how often it turns round, and how the motor vibrates 0.3
-        or 0.7 s later, whichever is less: a count that changes once is heard in one of them.
+        or 0.7 s later, whichever is less: a flicker that dies within 0.2 s is not told.
     """
     hand, contact_s = trial.hand_and_contact()
     rest_s = contact_s + _AFTER_S
@@ -116,8 +116,9 @@ def motion(trial: Trial) -> tuple[int, int, float]:
     rows = simulate(options, duration_s=rest_s + _SILENT_S[-1] + _WATCHED_S)
     since_s = rows["time_s"] - rest_s
     counts = rows["position_counts"][(since_s >= 0.0) & (since_s < _WATCHED_S)]
-    loud_nm = min(
-        float(vibration_nm(rows["motor_torque_nm"][late], 1e9 / options.control_period_ns))
-        for late in ((since_s >= begin) & (since_s < begin + _WATCHED_S) for begin in _SILENT_S)
-    )
-    return int(np.ptp(counts)), _turns(counts), loud_nm
+    late = [(since_s >= begin) & (since_s < begin + _WATCHED_S) for begin in _SILENT_S]
+    loud_nm = [
+        float(vibration_nm(rows["motor_torque_nm"][window], 1e9 / options.control_period_ns))
+        for window in late
+    ]
+    return int(np.ptp(counts)), _turns(counts), min(loud_nm)

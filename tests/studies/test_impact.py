@@ -39,6 +39,7 @@ def test_impact_gives_little_of_the_energy_that_knob_and_finger_brought() -> Non
     taps += [(1.0, trials.with_cue(frequency_hz=f, decay_s=3e-3)) for f in study.FREQUENCIES_HZ]
     for speed_rad_s, cue in taps:
         tap = trials.tap(speed_rad_s, cue)
+        assert tap.given_j < 0.15 * tap.energy_j
         # (12) of docs/explanation/theory.md
         assert tap.given_j < ActuatorConfig().motor_torque_max_nm * math.tau / trials.COUNTS
 

@@ -307,7 +307,7 @@ def test_what_the_search_found_comes_to_rest(number: int, values: tuple[float, .
 
 
 @pytest.mark.parametrize("number", range(len(ROLLS)))
-def test_weight_of_a_detent_s_third_or_more_rolls_over_it_only_if_beliefs_are_wrong(
+def test_weight_of_a_detent_s_quarter_or_more_rolls_over_it_only_if_beliefs_are_wrong(
     number: int,
 ) -> None:
     """It swings by what the sensor is told wrong, and the bound takes the detents away."""

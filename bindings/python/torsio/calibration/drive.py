@@ -13,8 +13,8 @@ from torsio.printed.config import BoardConfig
 
 __all__ = ["Drive", "drive_of"]
 
-# The current is read in the middle of the bridge's pulse, as exactly as the time of interrupt and
-# converter is known.
+# The current is read in the middle of the bridge's pulse, as exactly as this is known: the time of
+# interrupt and converter.
 _LATE_SIGMA_S = 0.35e-6
 _NOISE_V = 1e-3  # of the current sensor
 
