@@ -127,7 +127,7 @@ void PowerLogic::measure(std::int32_t current_steps) {
     --steps_to_zero_;
   } else if (!enabled_) {
     zero_steps_ += (steps - zero_steps_) * zero_share_;
-    zero_share_ = core::larger(zero_share_ / (1.0F + zero_share_), kZeroShare);
+    if (zero_share_ > kZeroShare) zero_share_ /= 1.0F + zero_share_;
   }
   current_a_ = (steps - zero_steps_) * amperes_per_step_;
 

@@ -82,8 +82,8 @@ void PowerStage::start(void (*handler)()) {
   pwm_clear_irq(step_unit_);
   pwm_set_irq_enabled(step_unit_, true);
   irq_set_enabled(irq, true);
-  pwm_set_counter(step_unit_, static_cast<std::uint16_t>(clock_get_hz(clk_sys) / 1'000'000U *
-                                                         device::kMeasurementLeadNs / 1'000U));
+  constexpr std::uint32_t kLeadsPerSecond = 1'000'000'000U / device::kMeasurementLeadNs;
+  pwm_set_counter(step_unit_, static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kLeadsPerSecond));
   pwm_set_mask_enabled(bridge_units | 1U << step_unit_);
 }
 
