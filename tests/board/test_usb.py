@@ -203,8 +203,7 @@ def test_prompt_report_is_filled_just_before_the_host_asks(pico: EmulatedPico) -
     for _ in range(10):
         asked_ns = pico.run(0.37)
         first_ns = max(first_ns, asked_ns - (pico.get("clock")["tick"] + 1) * tick_ns)
-    # A Pico that has little time leaves frames without a report where they begin within a third of
-    # a period of its tick.
+    # At other phases of frame and tick a Pico that has little time leaves frames without a report.
     next_ns = pico.run(0.05)
     ages_ns = []
     for _ in range(20):
