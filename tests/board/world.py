@@ -17,8 +17,8 @@ from torsio.printed.config import BoardConfig
 from torsio.printed.hands import Hand
 from torsio.printed.plant import Electrics, PlantParams
 
-# Of a measurement, before the middle of the bridge's pulse; assumed, for the emulated chips do not
-# begin to count elsewhere than at 0. tests/cpp/device/test_power_stage.cpp has the order.
+# Of a measurement, before the middle of the bridge's pulse. Assumed and not seen: a world moves by
+# whole periods. tests/cpp/device/test_power_stage.cpp has the order to the chip.
 LEAD_S = 1e-6
 PERIOD_NS = 25_000  # PWM of the bridges
 ROW_NS = 1_000_000  # from one row of a record to the next

@@ -13,8 +13,7 @@ from torsio.printed.config import BoardConfig
 
 __all__ = ["Drive", "drive_of"]
 
-# The current is read in the middle of the bridge's pulse, as exactly as this is known: the time of
-# interrupt and converter.
+# How well the time of interrupt and converter is known, by which boards measure earlier.
 _LATE_SIGMA_S = 0.35e-6
 _NOISE_V = 1e-3  # of the current sensor
 
