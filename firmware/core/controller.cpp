@@ -35,9 +35,9 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
 }
 
 /// Out of line: otherwise every tick keeps its values in registers.
-[[gnu::noinline]] void watch_sensor(ControllerState& state, const ControllerParams& params) {
+[[gnu::noinline]] void watch_sensor(ControllerState& state, const ControllerParams& params,
+                                    float capacity_nm) {
   const float spring_nm = state.sensor.spring_torque_nm;
-  const float capacity_nm = sensed_capacity(state.brake, params.brake);
   const float countered_nm = params.shaft.middle().brake_side.countered_nm;
   if (absolute(spring_nm) > state.bound.trust * (capacity_nm + countered_nm)) {
     judge_ringing(state.bound, spring_nm, state.tick);
@@ -70,7 +70,7 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
   }
   // Often enough for what takes 5 ms and more from side to side.
   if (state.tick % 16 == 0) [[unlikely]]
-    watch_sensor(state, params);
+    watch_sensor(state, params, capacity_nm);
   keep_ledger(state.ledger, state.slew.motor_command_nm, state.sensor.spring_torque_nm,
               motion.delta_counts);
   return spring_nm;

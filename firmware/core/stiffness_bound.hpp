@@ -17,7 +17,7 @@ struct BoundParams {
   float slope_nm_per_count = 0;     // of the stiffness that a touch begins with
   float least_share = 1.0F / 64;    // of it that is always left
   std::uint32_t buzz_ticks = 0;     // a swing that takes longer is a hand's
-  std::uint32_t slow_ticks = 0;     // no swing that lives on a wrong guess takes longer
+  std::uint32_t slow_ticks = 0;     // few swings that live on a wrong guess take longer
   float quiet_share = 1;            // of it with which a count switches less than friction holds
   std::uint32_t flicker_ticks = 0;  // counts that change more slowly are no flicker
   std::uint32_t noise_ticks = 0;    // a shorter one may be the encoder's noise under a slow hand

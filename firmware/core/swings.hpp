@@ -52,6 +52,10 @@ inline constexpr std::uint32_t kRings = 8;
 /// shaft's spring while it slips.
 inline constexpr std::uint32_t kSlides = 24;
 
+/// By so many swings in a row little trust is left. What swings on although the scene is hardly
+/// steep does so by another wrong value.
+inline constexpr std::uint32_t kDistrusted = 16;
+
 /// A hand may notice a torque that trembles by more.
 inline constexpr float kNoticedNm = 1e-3F;
 
@@ -82,24 +86,25 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return now - state.turned_tick > (narrow ? 4 : 1) * ticks;
 }
 
-/// Whether the knob comes back as if nobody held it. The scene has driven it at more than a third
-/// of the looks, which no friction does. A constant torque M swings it over w within
-/// sqrt(4 w J / M), a spring within 1.1 times that. M is the less of both ends', for a wall may
-/// throw the knob back. Of M a quarter to twice will do.
+/// Whether the knob comes back as if nobody held it. It may do so slowly over an eighth of a turn,
+/// or while the brake's inertia is in doubt. Else a hand moves it. The scene has driven it at more than a third of
+/// the looks, which no friction does. A constant torque M swings it over w within sqrt(4 w J / M),
+/// a spring within 1.1 times that. M is the less of both ends', for a wall may throw the knob back.
+/// Of M a quarter to twice will do.
 [[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
+  if (state.pushes <= 0) return false;
+  if (state.doubt == 0 && 8 * state.swing_counts < state.params.turn_counts) return false;
   const auto ticks = static_cast<float>(now - state.turned_tick);
   const float took_nm = state.params.swing_nm * static_cast<float>(state.swing_counts);
   const float back_nm =
       smaller(-static_cast<float>(state.way) * asked_torque(state), absolute(state.turned_nm)) *
       ticks * ticks;
-  return state.pushes > 0 && took_nm > 0.0625F * back_nm && took_nm < 0.5F * back_nm;
+  return took_nm > 0.0625F * back_nm && took_nm < 0.5F * back_nm;
 }
 
-/// Whether no swing that lives on a wrong guess is as slow. While the brake's inertia is in doubt,
-/// a flung knob may swing as slowly as a hand turns it.
+/// Whether no swing that lives on a wrong guess is as slow.
 constexpr bool is_slow(const BoundState& state, std::uint32_t now) {
-  return is_slower(state, now, state.params.slow_ticks) &&
-         (state.doubt == 0 || !swings_freely(state, now));
+  return is_slower(state, now, state.params.slow_ticks) && !swings_freely(state, now);
 }
 
 /// Whether the knob has gone on for longer than a hand turns it without a rest.
@@ -109,11 +114,12 @@ constexpr bool has_crept(const BoundState& state) {
 
 /// After a swing as slow as a hand's the bound begins anew. The trust does if no swing of the
 /// knob's own is as slow, and the knob has neither spun nor crept.
+/// @param slow as is_slow()
 /// @returns whether it was a hand's
-constexpr bool begin_touch(BoundState& state, std::uint32_t now) {
+constexpr bool begin_touch(BoundState& state, std::uint32_t now, bool slow) {
   if (!is_slower(state, now, state.params.buzz_ticks)) return false;
   set_share(state, most_share(state));
-  if (is_slow(state, now) && !has_crept(state) && !state.spun) state.trust = 1.0F;
+  if (slow && !has_crept(state) && !state.spun) state.trust = 1.0F;
   return true;
 }
 
@@ -208,7 +214,7 @@ constexpr float help_share(const BoundState& state) {
 constexpr bool goes_on(BoundState& state, std::uint32_t now) {
   const std::int32_t way_counts = state.swing_counts - state.flicker_counts;
   if (way_counts <= kRestCounts) return false;
-  if (!state.spun) begin_touch(state, now);
+  if (!state.spun) begin_touch(state, now, is_slow(state, now));
   state.rattles = state.rattles > way_counts ? state.rattles - way_counts : 0;
   state.flickers = 0;
   state.flicker_counts = state.swing_counts;
@@ -221,7 +227,7 @@ constexpr void let_off(BoundState& state, std::uint32_t now) {
   const float risen_nm = state.line_nm - state.begin_nm;
   const bool outwards = static_cast<float>(state.way) * asked_torque(state) > 0.0F;
   if (!outwards || state.flickered || absolute(risen_nm) > state.params.held_nm) return;
-  if (!begin_touch(state, now)) return;
+  if (!begin_touch(state, now, is_slow(state, now))) return;
   set_share(state, 1.0F);
   state.line_counts = -risen_nm / state.slope_nm_per_count;
   state.rest_counts = absolute(state.line_counts);
@@ -271,12 +277,14 @@ constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
   return false;
 }
 
-/// Whether the parts can render the scene along the swing that has ended, as they are configured.
-constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_counts) {
+/// Steepness of the scene from turn to turn of the swing that has ended, as a share of a third of
+/// the first bound: that is the stable stiffness, or less. It is 1 where less was given than asked,
+/// or where the scene follows time.
+constexpr float steepness(const BoundState& state, std::int32_t width_counts) {
+  if (state.was_bounded || state.in_time_nm != 0.0F) return 1.0F;
   const float risen_nm = absolute(asked_torque(state) - state.turned_nm);
-  const float most_nm_per_count = kSoft / kFirstStiffness * state.params.slope_nm_per_count;
-  return !state.was_bounded && state.in_time_nm == 0.0F &&
-         risen_nm < most_nm_per_count * static_cast<float>(width_counts);
+  return kFirstStiffness * risen_nm /
+         (state.params.slope_nm_per_count * static_cast<float>(width_counts));
 }
 
 /// The sensed torque is more than the motor may take up. A sensor that rings so, quickly and for
@@ -298,7 +306,7 @@ constexpr bool could_have_rendered(const BoundState& state, std::int32_t width_c
   state.doubt = state.next_doubt;
   state.next_doubt = state.doubt < kMostDoubt / 2 ? 2 * state.doubt : kMostDoubt;
   // In a stiffer scene right values may ring so, too.
-  if (could_have_rendered(state, state.swing_counts)) state.unexpected_swings += kUnexpected;
+  if (steepness(state, state.swing_counts) < kSoft) state.unexpected_swings += kUnexpected;
 }
 
 /// A hand turns the knob on against a torque that at most doubles, so the brake slips. It then
@@ -318,8 +326,8 @@ constexpr void judge_slide(BoundState& state, float beyond_nm, float speed_count
     state.slides = 0;
   }
   const bool up = beyond_nm > 0.0F;
-  const bool far = state.swing_counts > state.params.turn_counts / 24;
-  if (up == state.slid_up || absolute(beyond_nm) < kNoticedNm || !far) return;
+  if (up == state.slid_up || absolute(beyond_nm) < kNoticedNm) return;
+  if (state.swing_counts <= state.params.turn_counts / 24) return;
   const auto now = static_cast<std::uint32_t>(tick);
   state.slides = now - state.slide_tick <= state.params.slow_ticks ? state.slides + 1 : 0;
   if (state.slides == kSlides) state.slide_counts = state.speed_counts;
@@ -358,22 +366,18 @@ constexpr void turn_round(BoundState& state, std::uint32_t now) {
   }
 }
 
-/// The knob goes back. Once it has turned round, looks at the swing that has ended. A swing that is
-/// shorter than a hand's and hardly smaller than those before has regained from the device what
-/// friction took. So the bound goes down, and with it the motor's part of the spring. In the end
-/// that part is less than the friction, and no swing lives on it, whatever was believed of the
-/// brake.
-/// @returns as judge_flicker()
-constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
-  const auto now = static_cast<std::uint32_t>(tick);
-  if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
+/// Looks at the swing that has ended. One that is shorter than a hand's and hardly smaller than
+/// those before has regained from the device what friction took. So the trust goes down. The bound
+/// does, too: at once in a steep scene, else later. In the end the motor's part of the spring is
+/// less than the friction, and no swing lives on it. Out of line, for that is rare.
+[[gnu::noinline]] constexpr void judge_turn(BoundState& state, std::uint32_t now) {
   const bool slow = is_slow(state, now);
-  const bool by_hand = begin_touch(state, now);
+  const bool by_hand = begin_touch(state, now, slow);
   const std::int32_t width = state.swing_counts;
   calm_down(state, width);
   turn_round(state, now);
-  const bool could_render = could_have_rendered(state, width);
-  count_turn(state, could_render);
+  const float steep = steepness(state, width);
+  count_turn(state, steep < kSoft);
   state.was_bounded = state.bounded;
   state.turned_nm = asked_torque(state);
   state.flickered = false;
@@ -382,22 +386,31 @@ constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
   if (slow || (smaller_now && ++state.fading >= kFading)) {
     state.swings = state.fading = 0;
     state.widest_counts = width;
-    return false;
+    return;
   }
   if (smaller_now) {
     state.widest_counts -= state.widest_counts / 8;
-    return false;
+    return;
   }
   state.fading = 0;
   if (width > state.widest_counts) state.widest_counts = width;
-  if (++state.swings < 2) return false;
+  if (++state.swings < 2) return;
   if (now - state.timed_tick <= state.params.slow_ticks) state.shaken = true;
-  if (!by_hand) {
-    // A push may make the first ones.
-    if (could_render && state.swings >= kUnexpected) ++state.unexpected_swings;
-    soften(state, state.params.least_share);
-  }
   distrust(state);
+  if (by_hand) return;
+  // A push may make the first ones.
+  if (steep < kSoft && state.swings >= kUnexpected) ++state.unexpected_swings;
+  // A scene that is hardly steep swings by a wrong guess: first the trust goes. A softer detent
+  // would let a weight roll over it.
+  if (steep >= 1.0F || state.swings >= kDistrusted) soften(state, state.params.least_share);
+}
+
+/// The knob goes back.
+/// @returns as judge_flicker()
+constexpr bool judge_swing(BoundState& state, std::uint64_t tick) {
+  const auto now = static_cast<std::uint32_t>(tick);
+  if (state.swing_counts - state.gone_counts <= kRestCounts) return judge_flicker(state, now);
+  judge_turn(state, now);
   return false;
 }
 

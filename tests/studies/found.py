@@ -10,11 +10,11 @@ from torsio.closed_loop import LoopOptions
 from torsio_studies.falsify.cases import GAPS_RAD, SPACE, Case, batches, options_of
 
 # Numbers of searches, and where they ended: the first values of `SPACE` in their order. Some
-# searches hung more than half on detents, so a weight may exceed 1. The last three roll still.
+# searches hung more than half on detents, so a weight may exceed 1. The last one rolls still.
 with Path(__file__).with_name("found.csv").open(encoding="utf-8") as file:
     next(file)
     FOUND = [(int(row[0]), tuple(map(float, row[1:]))) for row in csv.reader(file)]
-FOUND, ROLLS = FOUND[:-3], FOUND[-3:]
+*FOUND, ROLLS = FOUND
 
 
 def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:

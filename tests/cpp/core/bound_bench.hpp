@@ -7,13 +7,15 @@
 
 namespace torsio::core {
 
-/// A bound of 0.01 N m for each count.
+/// A bound of 0.01 N m for each count, in a scene of which the device cannot tell whether the parts
+/// render it, for its torque follows time.
 struct BoundBench {
   BoundState state;
   std::uint64_t now = 0;
 
   BoundBench() {
     state.params = {0.01F, 1.0F / 64, 40, 150};
+    state.in_time_nm = 1e-3F;
     set_share(state, 1.0F);
   }
   double step(double asked_nm, std::int32_t delta_counts, double timed_nm = 0.0) {

@@ -70,6 +70,30 @@ TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the 
   CHECK(bench.step(1.0, -1) == Approx(0.01 / 64));
 }
 
+TEST_CASE("in a scene that is hardly steep the bound goes down from the sixteenth swing on") {
+  struct Swings {
+    float risen_nm;
+    bool bounded;
+    int first;
+  };
+  // A third of the bound over 20 counts is 0.067 N m.
+  for (const Swings& of : {Swings{0.0F, false, 16}, Swings{0.06F, false, 16},
+                           Swings{0.07F, false, 2}, Swings{0.0F, true, 2}}) {
+    BoundBench bench;
+    bench.state.in_time_nm = 0.0F;
+    bench.swing(20, 1);
+    double trust = 1.0;
+    for (int n = 1; n <= 17; ++n) {
+      bench.state.turned_nm = of.risen_nm;
+      bench.state.was_bounded = of.bounded;
+      bench.swing(20, n % 2 == 0 ? 1 : -1);
+      if (n > 1) trust = std::max(0.6 * trust, 1.0 / 64);
+      CHECK((bench.state.share == 1.0F) == (n < of.first));
+      CHECK(static_cast<double>(bench.state.trust) == Approx(trust));
+    }
+  }
+}
+
 TEST_CASE("swings that look a count wider and narrower by turns do not get smaller") {
   BoundBench bench;
   for (int n = 0; n < 6; ++n) {

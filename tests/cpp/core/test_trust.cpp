@@ -26,6 +26,7 @@ TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves 
     }
   };
   BoundBench bench;
+  bench.state.in_time_nm = 0.0F;
   bench.state.swing_counts = 20;
   bench.now = 1000;
   ring(bench, 8, 30);  // as a hard bounce may do
@@ -48,6 +49,7 @@ TEST_CASE("a sensor that rings quickly and for long costs the trust, and leaves 
 TEST_CASE("after each ring the brake's inertia is in doubt for twice as many turns, up to 2048") {
   BoundBench bench;
   BoundState& state = bench.state;
+  state.in_time_nm = 0.0F;
   std::uint32_t counted = 0;
   for (const std::uint32_t turns : {64U, 128U, 256U, 512U, 1024U, 2048U, 2048U}) {
     const bool soft = turns != 256;
@@ -70,10 +72,12 @@ TEST_CASE("after each ring the brake's inertia is in doubt for twice as many tur
   CHECK(state.next_doubt == 64);
 }
 
-TEST_CASE("in doubt a slow swing is no hand's where the scene alone would swing the knob so") {
-  const auto trust_after = [](std::uint32_t doubt, double part, double back, int pushes = 1) {
+TEST_CASE("a slow swing in doubt or far is no hand's where the scene alone would swing the knob so") {
+  const auto trust_after = [](std::uint32_t doubt, double part, double back, int pushes = 1,
+                              std::int32_t turn_counts = 1000) {
     BoundBench bench;
     bench.state.doubt = doubt;
+    bench.state.params.turn_counts = turn_counts;
     bench.state.params.swing_nm = static_cast<float>(part * 0.01 * 220 * 220 / 20);
     for (int n = 0; n < 8; ++n) {
       const int sign = n % 2 == 0 ? 1 : -1;
@@ -87,6 +91,8 @@ TEST_CASE("in doubt a slow swing is no hand's where the scene alone would swing 
   CHECK(trust_after(100, 2.0 / (std::numbers::pi * std::numbers::pi), 1.0) < 1.0F);  // a spring
   CHECK(trust_after(100, 0.25, 1.0) < 1.0F);  // a constant torque
   CHECK(trust_after(0, 0.25, 1.0) == 1.0F);
+  CHECK(trust_after(0, 0.25, 1.0, 1, 161) == 1.0F);
+  CHECK(trust_after(0, 0.25, 1.0, 1, 160) < 1.0F);  // over an eighth of a turn
   CHECK(trust_after(100, 0.03, 1.0) == 1.0F);     // a hand that is slower
   CHECK(trust_after(100, 0.6, 1.0) == 1.0F);      // or quicker
   CHECK(trust_after(100, 0.25, -1.0) == 1.0F);    // or turns back against the torque
@@ -132,7 +138,7 @@ TEST_CASE("a knob that goes on for 128 slow swings without a rest is led by no h
   CHECK_FALSE(state.spun);
   // It is driven back a little, which is no hand either.
   state.turned_tick = 0;
-  CHECK(begin_touch(state, now));
+  CHECK(begin_touch(state, now, is_slow(state, now)));
   CHECK(state.trust < 1.0F);
   // What goes on all the same is led.
   BoundState led = state;
@@ -152,7 +158,7 @@ TEST_CASE("a knob that goes on for 128 slow swings without a rest is led by no h
   const float before = state.trust;
   look(2);
   CHECK(state.trust == before);
-  CHECK(begin_touch(state, now));
+  CHECK(begin_touch(state, now, is_slow(state, now)));
   CHECK(state.trust == 1.0F);
 }
 
@@ -209,14 +215,17 @@ TEST_CASE("a sensor that rings in a knob that never turns back costs the trust")
 }
 
 TEST_CASE("a swing that is too slow to buzz costs the trust, and leaves the bound alone") {
-  BoundBench bench;
-  for (int n = 0; n < 6; ++n) {
-    for (int rest = 0; rest < 50; ++rest) bench.step(0.0, 0);
-    bench.swing(20, n % 2 == 0 ? 1 : -1);
+  for (const float in_time_nm : {0.0F, 1e-3F}) {
+    BoundBench bench;
+    bench.state.in_time_nm = in_time_nm;
+    for (int n = 0; n < 20; ++n) {
+      for (int rest = 0; rest < 50; ++rest) bench.step(0.0, 0);
+      bench.swing(20, n % 2 == 0 ? 1 : -1);
+    }
+    CHECK(bench.state.share == 1.0F);
+    CHECK(bench.state.trust < 0.3F);
+    CHECK(bench.state.unexpected_swings == 0);  // a hand may shake the knob
   }
-  CHECK(bench.state.share == 1.0F);
-  CHECK(bench.state.trust < 0.3F);
-  CHECK(bench.state.unexpected_swings == 0);  // a hand may shake the knob
 }
 
 TEST_CASE("swings that last are unexpected where the parts could render all that is asked") {
@@ -244,6 +253,7 @@ TEST_CASE("swings that last are unexpected where the parts could render all that
 TEST_CASE("fifty slow turns take an unexpected swing back, where the parts can render the scene") {
   for (const double asked_nm : {0.0, 0.02}) {
     BoundBench bench;
+    bench.state.in_time_nm = 0.0F;
     bench.state.unexpected_swings = 2;
     for (int turn = 0; turn <= 150; ++turn) {
       for (int rest = 0; rest < 200; ++rest) bench.step(0.0, 0);
