@@ -87,10 +87,10 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
 }
 
 /// Whether the knob comes back as if nobody held it. It may do so slowly over an eighth of a turn,
-/// or while the brake's inertia is in doubt. Else a hand moves it. The scene has driven it at more than a third of
-/// the looks, which no friction does. A constant torque M swings it over w within sqrt(4 w J / M),
-/// a spring within 1.1 times that. M is the less of both ends', for a wall may throw the knob back.
-/// Of M a quarter to twice will do.
+/// or while the brake's inertia is in doubt. Else a hand moves it. The scene has driven it at more
+/// than a third of the looks, which no friction does. A constant torque M swings it over w within
+/// sqrt(4 w J / M), a spring within 1.1 times that. M is the less of both ends', for a wall may
+/// throw the knob back. Of M a quarter to twice will do.
 [[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
   if (state.pushes <= 0) return false;
   if (state.doubt == 0 && 8 * state.swing_counts < state.params.turn_counts) return false;
@@ -366,6 +366,25 @@ constexpr void turn_round(BoundState& state, std::uint32_t now) {
   }
 }
 
+/// Whether the swing that has ended is hardly smaller than those before. Where it is slow, or they
+/// fade, the count begins anew.
+constexpr bool is_as_wide(BoundState& state, std::int32_t width, bool slow) {
+  // A swing may look a count wider or narrower than it is.
+  const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
+  if (slow || (smaller_now && ++state.fading >= kFading)) {
+    state.swings = state.fading = 0;
+    state.widest_counts = width;
+    return false;
+  }
+  if (smaller_now) {
+    state.widest_counts -= state.widest_counts / 8;
+    return false;
+  }
+  state.fading = 0;
+  if (width > state.widest_counts) state.widest_counts = width;
+  return true;
+}
+
 /// Looks at the swing that has ended. One that is shorter than a hand's and hardly smaller than
 /// those before has regained from the device what friction took. So the trust goes down. The bound
 /// does, too: at once in a steep scene, else later. In the end the motor's part of the spring is
@@ -381,20 +400,7 @@ constexpr void turn_round(BoundState& state, std::uint32_t now) {
   state.was_bounded = state.bounded;
   state.turned_nm = asked_torque(state);
   state.flickered = false;
-  // A swing may look a count wider or narrower than it is.
-  const bool smaller_now = (width + 1) * 8 < state.widest_counts * 7;
-  if (slow || (smaller_now && ++state.fading >= kFading)) {
-    state.swings = state.fading = 0;
-    state.widest_counts = width;
-    return;
-  }
-  if (smaller_now) {
-    state.widest_counts -= state.widest_counts / 8;
-    return;
-  }
-  state.fading = 0;
-  if (width > state.widest_counts) state.widest_counts = width;
-  if (++state.swings < 2) return;
+  if (!is_as_wide(state, width, slow) || ++state.swings < 2) return;
   if (now - state.timed_tick <= state.params.slow_ticks) state.shaken = true;
   distrust(state);
   if (by_hand) return;

@@ -7,8 +7,8 @@
 
 namespace torsio::core {
 
-/// A bound of 0.01 N m for each count, in a scene of which the device cannot tell whether the parts
-/// render it, for its torque follows time.
+/// A bound of 0.01 N m for each count. Its scene follows time, so the second lasting swing brings
+/// it down.
 struct BoundBench {
   BoundState state;
   std::uint64_t now = 0;
