@@ -52,8 +52,8 @@ inline constexpr std::uint32_t kRings = 8;
 /// shaft's spring while it slips.
 inline constexpr std::uint32_t kSlides = 24;
 
-/// By so many swings in a row little trust is left. What swings on although the scene is hardly
-/// steep does so by another wrong value.
+/// By so many swings in a row little trust is left. What swings on even in a scene that is hardly
+/// steep needs less stiffness, too.
 inline constexpr std::uint32_t kDistrusted = 16;
 
 /// A hand may notice a torque that trembles by more.
@@ -102,7 +102,7 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
   return took_nm > 0.0625F * back_nm && took_nm < 0.5F * back_nm;
 }
 
-/// Whether no swing that lives on a wrong guess is as slow.
+/// Whether hardly any swing that lives on a wrong guess is as slow.
 constexpr bool is_slow(const BoundState& state, std::uint32_t now) {
   return is_slower(state, now, state.params.slow_ticks) && !swings_freely(state, now);
 }
@@ -385,10 +385,11 @@ constexpr bool is_as_wide(BoundState& state, std::int32_t width, bool slow) {
   return true;
 }
 
-/// Looks at the swing that has ended. One that is shorter than a hand's and hardly smaller than
-/// those before has regained from the device what friction took. So the trust goes down. The bound
-/// does, too: at once in a steep scene, else later. In the end the motor's part of the spring is
-/// less than the friction, and no swing lives on it. Out of line, for that is rare.
+/// Looks at the swing that has ended. One that is not slow and hardly smaller than those before has
+/// regained from the device what friction took. So the trust goes down. If it is shorter than a
+/// hand's, the bound does, too: at once in a steep scene, else later. In the end the motor's part
+/// of the spring is less than the friction, and no swing lives on it. Out of line, for that is
+/// rare.
 [[gnu::noinline]] constexpr void judge_turn(BoundState& state, std::uint32_t now) {
   const bool slow = is_slow(state, now);
   const bool by_hand = begin_touch(state, now, slow);
@@ -406,8 +407,8 @@ constexpr bool is_as_wide(BoundState& state, std::int32_t width, bool slow) {
   if (by_hand) return;
   // A push may make the first ones.
   if (steep < kSoft && state.swings >= kUnexpected) ++state.unexpected_swings;
-  // A scene that is hardly steep swings by a wrong guess: first the trust goes. A softer detent
-  // would let a weight roll over it.
+  // A scene that is hardly steep mostly swings by a wrong guess: the trust goes first. A softer
+  // detent would let a weight roll over it.
   if (steep >= 1.0F || state.swings >= kDistrusted) soften(state, state.params.least_share);
 }
 

@@ -1,4 +1,4 @@
-"""Counter-examples that were found against the law `calibrated`: all but one rest.
+"""Counter-examples that were found against the law `calibrated`: all but two rest.
 
 Each has beliefs, a brake, a scene or an encoder with which a knob once swung or buzzed for ever.
 """
