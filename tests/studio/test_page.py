@@ -462,6 +462,7 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
         # A scene that plays already is noted.
         armed(page)
         page.click("#record")
+        expect(page.locator("#record")).to_have_text("stop recording")
         news(page)
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
