@@ -10,9 +10,9 @@ namespace {
 
 std::int64_t rounded_ns(double time_s) { return std::llround(1e9 * time_s); }
 
-/// Whole steps, towards zero, as a PWM unit counts them.
+/// The nearest of a PWM unit's steps.
 double quantised(double share, int steps) {
-  return std::trunc(std::clamp(share, -1.0, 1.0) * steps) / steps;
+  return std::round(std::clamp(share, -1.0, 1.0) * steps) / steps;
 }
 
 }  // namespace

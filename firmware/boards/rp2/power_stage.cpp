@@ -136,10 +136,12 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
   }
 }
 
+/// The brake's current is not measured, so the nearest step counts.
 /// @param share of the supply's voltage; positive drives a current into the first pin
 void PowerStage::set_bridge(std::uint32_t unit, float share) {
-  const auto steps =
-      static_cast<std::uint16_t>(core::absolute(share) * static_cast<float>(pwm_steps_));
+  const auto half_steps =
+      static_cast<std::uint32_t>(core::absolute(share) * static_cast<float>(2U * pwm_steps_));
+  const auto steps = static_cast<std::uint16_t>((half_steps + 1U) / 2U);
   // The second input is low while the first drives.
   pwm_set_both_levels(unit, share < 0.0F ? steps : 0, share < 0.0F ? 0 : steps);
 }

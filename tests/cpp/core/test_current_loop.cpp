@@ -148,7 +148,7 @@ TEST_CASE("the predictive loop forgives a winding that is a third off in either 
         winding.drive(acting_v, 25e-6);
         acting_v = 12.0 * static_cast<double>(share);
         peak_a = std::max(peak_a, winding.current_a);
-        if (n > 16) CHECK(winding.current_a == doctest::Approx(0.15).scale(0).epsilon(0.05));
+        if (n > 18) CHECK(winding.current_a == doctest::Approx(0.15).scale(0).epsilon(0.05));
       }
       CHECK(winding.current_a == doctest::Approx(0.15).scale(0).epsilon(1e-3));
       CHECK(peak_a < 1.4 * 0.15);
