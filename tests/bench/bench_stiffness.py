@@ -161,7 +161,8 @@ def step_response(loop: Loop, torque_nm: float = 5e-3) -> tuple[Array, Array]:
     loop_.hold_command(motor_command_nm=torque_nm)
     torque = loop_.run(duration_s=20e-3)["motor_torque_nm"]
     time_s = np.array([1e-9 * period_ns * i for i in range(len(torque))])
-    return time_s, np.asarray(torque / torque[-1])
+    # In the end it goes to and fro between two steps of the PWM.
+    return time_s, np.asarray(torque / np.mean(torque[len(torque) // 2 :]))
 
 
 def bandwidth_hz(time_s: Array, response: Array) -> float:
