@@ -57,16 +57,12 @@ struct PredictiveParams {
   float rest_decay = 1;     // the same from then to the next measurement
   float rest_a_per_v = 0;
   float resistance_ohm = 0;
-  float push_v_per_a = 0;   // for what is missing
-  float learn_v_per_a = 0;  // for what was not expected, see kUnlearnedShare
-  float supply_v = 1;       // > 0
-  float share_per_v = 1;    // 1 / supply_v
+  float push_v_per_a = 0;    // for what is missing
+  float learn_v_per_a = 0;   // for what was not expected
+  float believed_share = 1;  // of that, for the current
+  float supply_v = 1;        // > 0
+  float share_per_v = 1;     // 1 / supply_v
 };
-
-/// What was not expected may be noise of the sensor. So a measurement corrects the model's current
-/// and its opposing voltage in parts, as of an observer with both poles here: in each period this
-/// share of an error is left.
-inline constexpr float kUnlearnedShare = 0.8F;
 
 struct PredictiveState {
   float voltage_v = 0;   // acts now
@@ -75,14 +71,19 @@ struct PredictiveState {
 };
 
 /// With the bandwidth w the current, once the voltage acts, makes 1 - exp(-w period) of its way in
-/// each period. What is learned is little enough for a winding whose resistance and inductance are
-/// each a third off. It is enough for the back EMF of the hardest stop.
+/// each period. What was not expected may be noise of the sensor. So it corrects the model's
+/// current and opposing voltage in part: both poles of the model's error are at 0.8, or where a
+/// faster winding forgets a current anyway. That is enough for the back EMF of the hardest stop,
+/// and little enough for a winding whose resistance and inductance are each a third off.
 /// @param delay_s from a measurement to the voltage that answers it, > 0, at most period_s
 /// @param resistance_ohm, inductance_h, bandwidth_hz, period_s, supply_v all > 0
 constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float inductance_h,
                                                 float bandwidth_hz, float period_s, float delay_s,
                                                 float supply_v) {
+  constexpr float kLeft = 0.8F;
   const float rate = resistance_ohm / inductance_h;
+  const float own = exp_negative(0.5F * rate * period_s);  // its square is left of a current
+  const float learned = 1.0F - smaller(kLeft, own);
   // A winding far slower than the period still needs a number above zero.
   const auto settled = [&](float time_s) {
     return larger(1.0F - exp_negative(rate * time_s), 1e-4F);
@@ -96,7 +97,8 @@ constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float indu
           rest / resistance_ohm,
           resistance_ohm,
           (1.0F - exp_negative(kTwoPi * bandwidth_hz * period_s)) * volts_per_a,
-          (1.0F - kUnlearnedShare) * (1.0F - kUnlearnedShare) * volts_per_a,
+          learned * learned * volts_per_a,
+          own > kLeft ? 1.0F - kLeft * kLeft / (own * own) : 0.0F,
           supply_v,
           1.0F / supply_v};
 }
@@ -107,9 +109,9 @@ constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float indu
 constexpr float hold_current(PredictiveState& state, const PredictiveParams& params, float target_a,
                              float measured_a) {
   const float unexpected_a = measured_a - state.expected_a;
-  const float now_a = measured_a - kUnlearnedShare * kUnlearnedShare * unexpected_a;
-  const float opposing_v = clamp_symmetric(state.opposing_v - params.learn_v_per_a * unexpected_a,
-                                           params.supply_v);
+  const float now_a = state.expected_a + params.believed_share * unexpected_a;
+  const float opposing_v =
+      clamp_symmetric(state.opposing_v - params.learn_v_per_a * unexpected_a, params.supply_v);
   const float begin_a =
       params.delay_decay * now_a + params.delay_a_per_v * (state.voltage_v - opposing_v);
   const float wanted_v =

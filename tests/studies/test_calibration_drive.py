@@ -157,8 +157,8 @@ def test_intervals_hold_the_truth_with_a_pico_s_current_loop() -> None:
 @pytest.mark.parametrize(
     ("period_s", "control_rate_hz", "share"),
     [
-        # A pico2's, 10 kHz at 40 kHz: 1 - exp(-pi / 2), answered and taken back.
-        (25e-6, 20e3, math.sqrt(2.0) * 0.79212 / (1.0 - math.exp(-25e-6 / 0.6e-3))),
+        # A pico2's, 10 kHz at 40 kHz: 1 - exp(-pi / 2), a third answered and taken back.
+        (25e-6, 20e3, math.sqrt(2.0) / 3.0 * 0.79212 / (1.0 - math.exp(-25e-6 / 0.6e-3))),
         # A pico's, held at a tenth of 10 kHz: 1 - exp(-pi / 5).
         (100e-6, 10e3, 0.46651 / (1.0 - math.exp(-100e-6 / 0.6e-3))),
         (0.0, 10e3, None),

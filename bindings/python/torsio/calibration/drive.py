@@ -30,8 +30,8 @@ class _Loop:
         per_period = bandwidth_hz * self.period_s
         if not self.predicts:
             return -math.expm1(-2.0 * math.pi * min(per_period, 0.1))
-        # It takes the answer back a period later: twice the variance.
-        return -math.expm1(-2.0 * math.pi * per_period) * math.sqrt(2.0)
+        # It believes a third, and takes the answer back a period later: twice the variance.
+        return -math.expm1(-2.0 * math.pi * per_period) * math.sqrt(2.0) / 3.0
 
 
 @dataclass(frozen=True)
