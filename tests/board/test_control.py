@@ -121,7 +121,7 @@ def test_wall_makes_the_motor_push_back(pico: EmulatedPico, side: str, direction
     assert motor * direction < -0.05
 
 
-@pytest.mark.parametrize("beta", [0.25, 0.75])
+@pytest.mark.parametrize("beta", [0.2523, 0.75])
 def test_brake_voltage_follows_beta(pico: EmulatedPico, beta: float) -> None:
     _wall(pico, beta=beta)
     pico.turn(50)
@@ -129,7 +129,8 @@ def test_brake_voltage_follows_beta(pico: EmulatedPico, beta: float) -> None:
     depth_rad = 50 * 2 * 3.14159265 / COUNTS_PER_REV
     torque_nm = 2.0 * depth_rad
     wanted = beta * torque_nm / BRAKE_NM_PER_A * BRAKE_OHM / SUPPLY_V
-    assert pico.brake() == pytest.approx(wanted, abs=1.5 * pico.model.pwm_step)
+    # Nobody measures this current, so the nearest step counts.
+    assert pico.brake() == pytest.approx(wanted, abs=0.55 * pico.model.pwm_step)
 
 
 @pytest.mark.parametrize("zero", [2048, 1900])
