@@ -285,7 +285,7 @@ def test_slow_exits_are_good_wherever_knob_or_wall_begins_within_a_count() -> No
         assert found["torque_gap_95_nm"] < 1e-3
 
 
-def test_wrong_belief_costs_what_a_law_without_a_torque_sensor_pays(results: dict[str, Any]) -> None:
+def test_wrong_belief_costs_what_a_law_without_torque_sensor_pays(results: dict[str, Any]) -> None:
     wrong = {row["belief"]: row for row in results["aims"]["wrong_beliefs"]}
     # A fifth of the half that the spring carries is a tenth of the peak; it grows along the way.
     assert 0.05 < wrong["spring_stiffness_nm_per_rad"]["tracking_out"] < 0.1
