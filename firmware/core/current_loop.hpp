@@ -72,9 +72,10 @@ struct PredictiveState {
 
 /// With the bandwidth w the current, once the voltage acts, makes 1 - exp(-w period) of its way in
 /// each period. What was not expected may be noise of the sensor. So it corrects the model's
-/// current and opposing voltage in part: both poles of the model's error are at 0.8, or where a
-/// faster winding forgets a current anyway. That is enough for the back EMF of the hardest stop,
-/// and little enough for a winding whose resistance and inductance are each a third off.
+/// current and opposing voltage in part: both poles of the model's error are at 0.8. The model's
+/// current of a winding that forgets a current sooner is not corrected, and one pole is then at up
+/// to 0.9. That is enough for the back EMF of the hardest stop, and little enough for a winding
+/// whose resistance and inductance are each a third off.
 /// @param delay_s from a measurement to the voltage that answers it, > 0, at most period_s
 /// @param resistance_ohm, inductance_h, bandwidth_hz, period_s, supply_v all > 0
 constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float inductance_h,
@@ -82,23 +83,22 @@ constexpr PredictiveParams make_predictive_loop(float resistance_ohm, float indu
                                                 float supply_v) {
   constexpr float kLeft = 0.8F;
   const float rate = resistance_ohm / inductance_h;
-  const float own = exp_negative(0.5F * rate * period_s);  // its square is left of a current
-  const float learned = 1.0F - smaller(kLeft, own);
   // A winding far slower than the period still needs a number above zero.
   const auto settled = [&](float time_s) {
     return larger(1.0F - exp_negative(rate * time_s), 1e-4F);
   };
   const float rest_s = period_s - delay_s;
   const float rest = rest_s > 0.0F ? settled(rest_s) : 0.0F;
-  const float volts_per_a = resistance_ohm / settled(period_s);
+  const float gone = settled(period_s);
+  const float volts_per_a = resistance_ohm / gone;
   return {1.0F - settled(delay_s),
           settled(delay_s) / resistance_ohm,
           1.0F - rest,
           rest / resistance_ohm,
           resistance_ohm,
           (1.0F - exp_negative(kTwoPi * bandwidth_hz * period_s)) * volts_per_a,
-          learned * learned * volts_per_a,
-          own > kLeft ? 1.0F - kLeft * kLeft / (own * own) : 0.0F,
+          larger((1.0F - kLeft) * (1.0F - kLeft), 0.11F * gone) * volts_per_a,
+          1.0F - kLeft * kLeft / larger(1.0F - gone, kLeft * kLeft),
           supply_v,
           1.0F / supply_v};
 }

@@ -56,11 +56,10 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       predicts_(board.predicts),
       predictive_params_(core::make_predictive_loop(
           config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
-          static_cast<float>(board.current_period_ns) * 1e-9F,
-          static_cast<float>(board.output_delay_ns) * 1e-9F, config.supply_v)),
-      loop_params_(core::make_current_loop(
-          config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
-          static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
+          seconds(board.current_period_ns), seconds(board.output_delay_ns), config.supply_v)),
+      loop_params_(core::make_current_loop(config.motor_resistance_ohm, config.motor_inductance_h,
+                                           config.current_bandwidth_hz,
+                                           seconds(board.current_period_ns), config.supply_v)),
       amperes_per_step_(board.converter_v_per_step / config.current_sense_v_per_a),
       direction_(config.motor_reversed == protocol::Toggle::on ? -1.0F : 1.0F),
       shares_(direction_ * kSharesPerSupply),
@@ -70,13 +69,12 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       coil_is_driven_(config.brake_inductance_h > 0.0F),
       coil_params_(core::make_coil(config.brake_resistance_ohm,
                                    core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
-                                   static_cast<float>(board.current_period_ns) * 1e-9F,
-                                   config.supply_v, kEraseShare * config.brake_current_max_a)),
+                                   seconds(board.current_period_ns), config.supply_v,
+                                   kEraseShare * config.brake_current_max_a)),
       next_follow_decay_(coil_params_.follow_decay),
       coil_a_per_nm_(1.0F / config.brake_torque_constant_nm_per_a),
       coil_max_a_(config.brake_current_max_a),
       trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)),
-      supply_v_(config.supply_v),
       converter_top_steps_(board.converter_top_steps),
       zero_margin_steps_(trip_a_ / amperes_per_step_),
       watches_supply_(config.supply_sense_pin != 0),
@@ -212,7 +210,8 @@ void PowerLogic::watch(float motor_share) {
     believed_ = core::believe_current(winding_, winding_params_, current_a_) && believed_;
   }
   if (predicts_ || !compares_) {
-    core::follow_winding(winding_, winding_params_, speed_rad_s_, motor_share * supply_v_);
+    core::follow_winding(winding_, winding_params_, speed_rad_s_,
+                         motor_share * predictive_params_.supply_v);
   }
 }
 

@@ -148,7 +148,6 @@ class PowerLogic {
   float coil_max_a_;
   float coil_a_ = 0;  // that the coil is taken to have
   float trip_a_;
-  float supply_v_;
   float converter_top_steps_;
   float zero_margin_steps_;  // to either end of the converter, or the trip level cannot be seen
   bool watches_supply_;

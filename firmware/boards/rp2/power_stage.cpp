@@ -136,9 +136,10 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
   }
 }
 
-/// The brake's current is not measured, so the nearest step counts.
+/// The brake's current is not measured, so the nearest step counts. Out of line: an RP2040 has its
+/// code in RAM.
 /// @param share of the supply's voltage; positive drives a current into the first pin
-void PowerStage::set_bridge(std::uint32_t unit, float share) {
+[[gnu::noinline]] void PowerStage::set_bridge(std::uint32_t unit, float share) {
   const auto half_steps =
       static_cast<std::uint32_t>(core::absolute(share) * static_cast<float>(2U * pwm_steps_));
   const auto steps = static_cast<std::uint16_t>((half_steps + 1U) / 2U);
