@@ -225,10 +225,9 @@ def worst(
 ) -> Results:
     """Give the worst of visits where knob and wall begin at different places within a count.
 
-    Beside it stands what 95 of 100 visits keep.
-
     At each place the hand pushes to several depths, each with other noise of the current sensor.
-    `wrong` are factors on what the device is told.
+    Beside the worst stands what 95 of 100 visits keep. `wrong` are factors on what the device is
+    told.
     """
     stiffness, told = runs.per_degree(WALL), wrong or {}
     visits, walls_rad, longest_s = [], [], 0.0
