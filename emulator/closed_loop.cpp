@@ -20,6 +20,7 @@ constexpr std::uint32_t kMostDelayTicks = 1000;
 ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
     : period_ns_(options.control_period_ns),
       setup_(std::make_shared<const ControlSetup>(make_control_setup(options))),
+      effects_(options.scene),
       power_(make_power_path(options.plant, options.control_period_ns, options.sensor_seed)),
       plant_(options.plant, options.hand,
              power_ ? power_->step_ns() : std::min(options.step_ns, options.control_period_ns),
@@ -94,6 +95,24 @@ void ClosedLoop::hold_command(const Command& command) {
   require(command.brake_command_nm >= 0.0 && command.brake_command_nm <= protocol::max_torque_nm,
           "brake_command_nm must be 0 to 100, is " + std::to_string(command.brake_command_nm));
   held_ = command;
+}
+
+void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
+  const device::LoopConfig& config = setup_->config;
+  core::Scene scene = make_scene(options, config.controller.motion.resolution);
+  const auto bytes = [](const EffectReport& effect) {
+    return std::visit([](const auto& report) { return protocol::encode(report); }, effect);
+  };
+  std::uint16_t fresh = 0;
+  for (std::size_t slot = 0; slot < options.scene.size(); ++slot) {
+    const bool same =
+        slot < effects_.size() && bytes(options.scene[slot]) == bytes(effects_[slot]);
+    if (!same) fresh |= static_cast<std::uint16_t>(1U << slot);
+  }
+  setup_ = std::make_shared<const ControlSetup>(config, scene);
+  effects_ = options.scene;
+  controller_.bound.new_scene = true;
+  core::restart_effects(controller_.scene, fresh, controller_.tick);
 }
 
 void ClosedLoop::sense(LoopRow* row) {

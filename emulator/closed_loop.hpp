@@ -49,6 +49,12 @@ class ClosedLoop {
   /// Ends hold_command().
   void release_command() { held_.reset(); }
 
+  /// Another scene plays from the next tick on. An effect with the same place and values goes on;
+  /// any other starts anew. Copies keep theirs.
+  /// @param options scene and curves; nothing else is looked at
+  /// @throws std::invalid_argument that names what is out of its range; the old scene goes on
+  void set_scene(const ClosedLoopOptions& options);
+
   /// Another hand takes over; times of its profiles are plant time.
   void set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
   /// As Plant's.
@@ -58,7 +64,7 @@ class ClosedLoop {
 
   /// Appends its state, for restore(). Not for a plant with electrics.
   void save(std::vector<std::uint8_t>& into) const;
-  /// Goes on from where the loop was that saved this: one with the same options.
+  /// Goes on from where the loop was that saved this: one with the same options and scene.
   /// @returns the bytes that follow
   std::span<const std::uint8_t> restore(std::span<const std::uint8_t> from);
 
@@ -83,6 +89,7 @@ class ClosedLoop {
 
   std::int64_t period_ns_;
   std::shared_ptr<const ControlSetup> setup_;
+  std::vector<EffectReport> effects_;  // of its scene
   core::ControllerState controller_;
   std::optional<PowerPath> power_;  // of a plant with electrics
   Plant plant_;

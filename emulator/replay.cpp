@@ -47,6 +47,8 @@ device::LoopConfig loop_config(const ClosedLoopOptions& options) {
   return device::make_loop_config(config, static_cast<std::uint32_t>(options.control_period_ns));
 }
 
+}  // namespace
+
 core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution& resolution) {
   require(options.scene.size() <= core::kMaxEffects, "the scene has more than 16 effects");
   require(options.curve_torque_nm.size() <= core::kCurvePoolPoints,
@@ -68,8 +70,6 @@ core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution&
   std::ranges::copy(options.curve_torque_nm, scene.curve_torque_nm.begin());
   return scene;
 }
-
-}  // namespace
 
 ControlSetup make_control_setup(const ClosedLoopOptions& options) {
   const std::int64_t period_ns = options.control_period_ns;

@@ -20,6 +20,10 @@ struct ControlSetup {
 };
 
 /// @throws std::invalid_argument that names what is out of its range
+[[nodiscard]] core::Scene make_scene(const torsio::emulator::ClosedLoopOptions& options,
+                                     const core::Resolution& resolution);
+
+/// @throws std::invalid_argument that names what is out of its range
 [[nodiscard]] ControlSetup make_control_setup(const torsio::emulator::ClosedLoopOptions& options);
 
 /// One tick for each count of the encoder; plant, encoder, hand and delay of the options are not

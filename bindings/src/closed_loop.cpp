@@ -155,6 +155,17 @@ void bind_closed_loop(py::module_& module) {
           arg("motor_command_nm"), arg("brake_command_nm"))
       .def("release_command", &emulator::ClosedLoop::release_command)
       .def(
+          "set_scene",
+          [](emulator::ClosedLoop& loop, const py::object& options) {
+            const Attributes from(options);
+            Told told = read_told(from, from_python<PlantParams>(from.get("plant")));
+            ClosedLoopOptions next;
+            next.scene = std::move(told.scene.effects);
+            next.curve_torque_nm = std::move(told.scene.curve_torque_nm);
+            loop.set_scene(next);
+          },
+          arg("options"))
+      .def(
           "set_hand",
           [](emulator::ClosedLoop& loop, const py::object& hand) {
             loop.set_hand(emulator_hand(hand));

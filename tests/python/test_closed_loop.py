@@ -150,3 +150,37 @@ def test_run_begins_in_the_turn_that_it_is_given() -> None:
     initial = closed_loop.InitialState(revolutions=3, angle_rad=0.5)
     rows = closed_loop.simulate(closed_loop.LoopOptions(initial=initial), duration_s=1e-3)
     assert rows["angle_rad"][0] == pytest.approx(6.0 * math.pi + 0.5)
+
+
+@pytest.mark.parametrize("law", ["paper", "calibrated"])
+def test_scene_changes_as_on_the_emulated_device(law: Any) -> None:
+    """Its unchanged friction goes on: one that began anew would let go of what it holds."""
+    friction = torsio.Friction(torque_nm=10e-3, stiffness_nm_per_rad=0.2)
+    scenes = [
+        [torsio.Wall(angle_rad=at, stiffness_nm_per_rad=2.0), friction] for at in (0.05, 0.04)
+    ]
+    control = torsio.ControlConfig(law=law)
+    hand = torsio.TorqueHand(torque_nm=[(0.2, 0.0), (0.3, 40e-3)])
+    emulator = torsio.EmulatorOptions(control=control, hand=hand, log_truth=True)
+    with torsio.open("emulated", emulator=emulator) as knob:
+        knob.play(scenes[0])
+        knob.arm()
+        knob.sleep(0.5)
+        told_s = knob.emulator.truth()["time_s"][-1]
+        knob.play(scenes[1])
+        knob.sleep(0.2)
+        moved = knob.emulator.truth()
+    seen = []
+    for late_s in np.arange(8) * 1e-3:  # a report waits for its frame
+        loop = closed_loop.ClosedLoop(
+            closed_loop.LoopOptions(scene=scenes[0], hand=hand, control=control)
+        )
+        loop.run(duration_s=told_s + late_s)
+        with pytest.raises(torsio.InvalidArgument, match="stiffness_nm_per_rad"):
+            loop.set_scene(torsio.Spring(stiffness_nm_per_rad=-1.0))
+        loop.set_scene(scenes[1])
+        rows = loop.run(duration_s=0.15)
+        same = np.searchsorted(moved["time_s"], rows["time_s"] - 1e-9)
+        seen.append(np.abs(rows["angle_rad"] - moved["angle_rad"][same]).max())
+    assert min(seen) == 0.0
+    assert max(seen) > 1e-3

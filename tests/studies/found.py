@@ -27,6 +27,8 @@ def found(number: int, values: tuple[float, ...]) -> tuple[Case, LoopOptions]:
         leaves=case.leaves and len(values) > 33,
         helps=case.helps and len(values) > 34,
         simple=case.simple and len(values) > 34,
+        also=case.also if len(values) > 35 else "nothing",
+        frame_s=case.frame_s if len(values) > 35 else 0.0,
         gap_rad=case.gap_rad if len(values) > 34 and number != 1526 else GAPS_RAD[0],
     )
     return case, options_of(case, dict(zip(SPACE, values, strict=False)))

@@ -11,11 +11,10 @@ import pytest
 
 import torsio
 from torsio.apps.doctor.examination import UNEXPECTED_SWINGS
-from torsio.closed_loop import ClosedLoop
 from torsio_studies.common import StudyError
 from torsio_studies.execution import execute
 from torsio_studies.falsify.cases import HANDS, SCENES, SPACE, batches, options_of, values_of
-from torsio_studies.falsify.search import LASTING_RAD, measure, search
+from torsio_studies.falsify.search import LASTING_RAD, begin, measure, search
 
 
 def test_cases_have_every_scene_in_every_hand_and_depend_on_their_number_only() -> None:
@@ -40,8 +39,8 @@ def test_knob_that_is_not_watched_to_the_end_stays_where_it_is() -> None:
     for batch in batches(28, 32, "calibrated"):
         options = options_of(batch.designs[0], values_of(random.uniform(size=len(SPACE))))
         found = measure([options])[0]
-        loop = ClosedLoop(options)
-        loop.run(duration_s=1.8, record_every=1000)
+        loop, now_s = begin(options)
+        loop.run(duration_s=1.8 - now_s, record_every=1000)
         moved = np.ptp(loop.run(duration_s=0.2)["angle_rad"])
         assert found.swing_rad == pytest.approx(moved, abs=1e-2 * LASTING_RAD)
 
@@ -63,12 +62,13 @@ def test_device_that_is_told_the_truth_hardly_ever_counts_a_swing() -> None:
     counts = []
     for batch in batches(120, 32, "calibrated"):
         case = replace(
-            batch.designs[0], noisy=False, extra="nothing", leaves=False, helps=False, simple=False
-        )
+            batch.designs[0], noisy=False, extra="nothing", leaves=False, helps=False, simple=False,
+            also="nothing", frame_s=0.0,
+        )  # fmt: skip
         if case.hand == "thrown":
             continue
-        # Gains, noise, more effects, a hand that leaves and help are none of its draws.
-        point = np.append(random.uniform(size=len(SPACE) - 6), np.zeros(6))
+        # Only what the first searches moved are its draws.
+        point = np.append(random.uniform(size=len(SPACE) - 9), np.zeros(9))
         value = values_of(point)
         options = options_of(case, {k: 1.0 if "told." in k else v for k, v in value.items()})
         assert options.actuator is not None

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -142,6 +142,20 @@ class ClosedLoop:
     def release_command(self) -> None:
         """Let the law act again."""
         self._loop.release_command()
+
+    def set_scene(self, scene: Scene | None) -> None:
+        """Play another scene from the next tick on, as `Knob.play` changes it.
+
+        An effect with the same place and values goes on; any other starts anew.
+
+        Raises
+        ------
+        InvalidArgument
+            Names effect, field, value and range; the old scene goes on.
+        """
+        options = replace(self.options, scene=scene)
+        self._loop.set_scene(options)
+        self.options = options
 
     def set_hand(self, hand: Hand) -> None:
         """Let another hand take over; times of its profiles are the rows' times."""

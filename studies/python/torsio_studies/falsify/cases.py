@@ -16,6 +16,7 @@ import numpy as np
 from torsio import (
     ActuatorConfig,
     BoardConfig,
+    Constant,
     ControlConfig,
     Curve,
     Damper,
@@ -24,8 +25,11 @@ from torsio import (
     Friction,
     Impact,
     Inertia,
+    Periodic,
+    Ramp,
     Spring,
     Texture,
+    Timing,
     Wall,
 )
 from torsio.closed_loop import InitialState, LoopOptions
@@ -41,7 +45,7 @@ from torsio.printed.plant import (
 )
 from torsio.printed.scenes import Effect
 
-__all__ = ["HANDS", "SCENES", "SPACE", "Batch", "Case", "SceneName", "batches", "options_of"]
+__all__ = ["HANDS", "SCENES", "SPACE", "Batch", "Case", "Moved", "SceneName", "batches", "options_of"]
 
 SceneName = Literal["wall", "spring", "limited spring", "facing walls", "stops", "detents", "sum"]
 HandName = Literal["thrown", "weight", "released", "held"]
@@ -49,6 +53,9 @@ SCENES: Final[tuple[SceneName, ...]] = get_args(SceneName)
 HANDS: Final[tuple[HandName, ...]] = get_args(HandName)
 ExtraName = Literal["nothing", "damper", "damped wall", "inertia", "texture", "impact"]
 EXTRAS: Final[tuple[ExtraName, ...]] = get_args(ExtraName)
+AlsoName = Literal["nothing", "constant", "ramp", "periodic", "friction"]
+ALSO: Final[tuple[AlsoName, ...]] = get_args(AlsoName)
+FRAMES_S: Final = (1e-3, 4e-3, 16e-3)
 RATES_HZ: Final = (10_000, 20_000)
 COUNTS: Final = (2048, 8192, 32_768, 131_072)
 GAPS_RAD: Final = (0.04, 0.4, 4.0, 12.0)  # the first is a search's own, less for stiff walls
@@ -57,7 +64,9 @@ _HOLDABLE: Final = 0.85  # share of the largest torque that a weight may have
 _HOLDABLE_BY_DETENTS: Final = 0.5  # a weight that comes quickly overshoots, and then rolls on
 _AT_RAD: Final = 0.05
 _SIMPLE_LOOP: Final = Electrics(predictive=False, current_period_s=0.0, output_delay_s=100e-6)
-_SETTLED_S: Final = 0.3  # by then a hand is done
+_ALSO_NM: Final = 50e-3
+_PUSHED_S: Final = 0.1  # by then a weight hangs, and a scene begins to move
+_SETTLED_S: Final = 0.3  # by then a hand and a scene that moves are done
 _LEFT_S: Final = 0.5  # the same, for one that leaves
 
 # A hidden knob's values over the reference actuator, and its device's beliefs over the truth.
@@ -100,13 +109,17 @@ SPACE: Final[dict[str, tuple[float, float]]] = {
     "extra_share": (0.01, 1.0),
     "back_nm": (5e-3, 40e-3),
     "help": (0.1, 1.0),
+    "also_share": (0.01, 1.0),
+    "also_hz": (2.0, 500.0),
+    "move_rad": (1e-3, 1.0),
 }
 """Bounds of the optimiser's variables, which move evenly in the logarithm.
 
 `weight` is a share of what can be held, `hand_damping` a share of the critical one. The gains move
 with electrics only, and the noise of a noisy encoder. `extra_share` is a share of the strongest
 effect that comes to the scene's. With `back_nm` a hand that leaves draws the knob back. `help` is a
-share of the most that the law gives in free air.
+share of the most that the law gives in free air. `also_share` is one of 50 mN m, or of half of what
+the scene holds; a periodic torque has `also_hz`. A host moves the scene by `move_rad`.
 """
 
 
@@ -129,6 +142,16 @@ class Case:
     helps: bool = False  # in free air, as calibration proposes it
     simple: bool = False  # the RP2040's current loop, with electrics at its rate
     gap_rad: float = GAPS_RAD[0]  # at most, between walls or stops
+    also: AlsoName = "nothing"
+    frame_s: float = 0.0  # of a host that moves the scene; 0: of none
+    comes: bool = False  # the scene moves towards the knob
+
+
+@dataclass(frozen=True, repr=False)
+class Moved(LoopOptions):
+    """A loop whose host plays other scenes later, each from its time on."""
+
+    scenes: tuple[tuple[float, tuple[Effect, ...]], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -159,6 +182,14 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             simple=bool(random.random() < 0.5) and electrics and rate_hz == RATES_HZ[0],
             gap_rad=float(random.choice(GAPS_RAD)),
         )  # fmt: skip
+        also = ALSO[max(0, int(random.integers(-3, len(ALSO))))]
+        is_held, moves = hand in {"thrown", "held"} or scene != "detents", random.random() < 0.3
+        case = replace(
+            case,
+            also=also if is_held or also == "friction" else "nothing",
+            frame_s=float(random.choice(FRAMES_S)) if is_held and moves else 0.0,
+            comes=bool(random.random() < 0.5),
+        )
         yield Batch(law, number, (case,), tries)
 
 
@@ -175,8 +206,10 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
     plant = _plant(case, value)
     actuator = _told(plant, value)
     hand, initial = _hand(case, value, plant)
-    return LoopOptions(
-        scene=_scene(case, value),
+    (_, scene), *scenes = _scenes(case, value)
+    return Moved(
+        scene=scene,
+        scenes=tuple(scenes),
         hand=hand,
         initial=initial,
         plant=plant,
@@ -234,9 +267,40 @@ def _board(value: Mapping[str, float]) -> BoardConfig:
     return replace(right, motor_current_continuous_a=right.motor_current_max_a, **gains)
 
 
-def _scene(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
-    at_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
-    return (*_springs(case, value, at_rad), *_extra(case, value, at_rad))
+def _scenes(
+    case: Case, value: Mapping[str, float]
+) -> Iterator[tuple[float, tuple[Effect, ...]]]:
+    """Give what plays from which time on. A scene that moves ends where others stand."""
+    end_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
+    moves_s = _SETTLED_S - _PUSHED_S
+    frames = round(moves_s / case.frame_s) if case.frame_s else 0
+    way_rad = value.get("move_rad", 0.0) if case.comes else -min(value.get("move_rad", 0.0), _AT_RAD)
+    for left in range(frames, -1, -1):
+        at_rad = end_rad + left / max(1, frames) * way_rad
+        effects = (*_springs(case, value, at_rad), *_extra(case, value, at_rad))
+        begins_s = _SETTLED_S - left * case.frame_s if left < frames else 0.0
+        yield begins_s, (*effects, *_also(case, value))
+
+
+def _also_nm(value: Mapping[str, float]) -> float:
+    return value.get("also_share", 0.0) * min(0.5 * value["limit_nm"], _ALSO_NM)
+
+
+def _also(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
+    """Give what plays in time, of which only a constant torque lasts, or friction."""
+    torque_nm, ends = _also_nm(value), Timing(duration_s=_SETTLED_S)
+    effects: dict[AlsoName, tuple[Effect, ...]] = {
+        "nothing": (),
+        "constant": (Constant(torque_nm=torque_nm),),
+        "ramp": (Ramp(start_torque_nm=-torque_nm, end_torque_nm=torque_nm, timing=ends),),
+        "periodic": (
+            Periodic(amplitude_nm=torque_nm, frequency_hz=value.get("also_hz", 0.0), timing=ends),
+        ),
+        "friction": (
+            Friction(torque_nm=torque_nm, stiffness_nm_per_rad=value["stiffness_nm_per_rad"]),
+        ),
+    }
+    return effects[case.also]
 
 
 def _extra(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
@@ -316,9 +380,11 @@ def _hand(
     # A motor that gives less than the device believes holds less.
     gives_less = max(1.0, value.get(f"told.{_GAINS[0]}", 1.0)) if case.electrics else 1.0
     holds_nm = min(plant.motor_limit_nm, value["limit_nm"]) / gives_less
+    if case.also == "constant":
+        holds_nm -= _also_nm(value)
     holdable = _HOLDABLE_BY_DETENTS if case.scene == "detents" else _HOLDABLE
     weight_nm = holdable * value["weight"] * holds_nm
-    path = [(0.0, 0.0), (0.1, weight_nm)]
+    path = [(0.0, 0.0), (_PUSHED_S, weight_nm)]
     if case.hand == "released" and case.leaves:
         left_s = _SETTLED_S + 0.1 * value["hand_damping"]
         back_nm = -value["back_nm"]

@@ -18,9 +18,9 @@ from torsio.closed_loop import ClosedLoop, LoopOptions
 from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.hands import ImpedanceHand, Profile, TorqueHand
 from torsio.telemetry import Record
-from torsio_studies.falsify.cases import SPACE, Batch, Case, options_of, values_of
+from torsio_studies.falsify.cases import SPACE, Batch, Case, Moved, options_of, values_of
 
-__all__ = ["DRIVEN_W", "LASTING_RAD", "LOUD_NM", "Motion", "breaks", "evaluate_batch", "measure"]
+__all__ = ["DRIVEN_W", "LASTING_RAD", "LOUD_NM", "Motion", "begin", "breaks", "evaluate_batch", "measure"]
 
 Array = npt.NDArray[np.float64]
 
@@ -73,11 +73,12 @@ def measure(options: Sequence[LoopOptions], after_s: float = _FIRST_S) -> list[M
 
 
 def _measure(options: LoopOptions, after_s: float) -> Motion:
-    loop = ClosedLoop(options)
     rate_hz = round(1e9 / options.control_period_ns)
-    early_s, hand_s = after_s / 3.0, _hand_ends_s(options)
-    now_s = min(hand_s, early_s)
-    loop.run(duration_s=now_s, record_every=rate_hz)
+    loop, now_s = begin(options)
+    early_s, hand_s = after_s / 3.0, max(now_s, _hand_ends_s(options))
+    if now_s < min(hand_s, early_s):
+        loop.run(duration_s=min(hand_s, early_s) - now_s, record_every=rate_hz)
+        now_s = min(hand_s, early_s)
     before_rad = None
     while now_s < after_s - 0.5 * _LOOK_S:
         rows = loop.run(duration_s=_LOOK_S, record_every=rate_hz // _RATE_HZ)
@@ -98,6 +99,16 @@ def _measure(options: LoopOptions, after_s: float) -> Motion:
         loud_nm=float(vibration_nm(torque[:, None], _RATE_HZ)[0]),
         before_rad=before_rad or 0.0,
     )
+
+
+def begin(options: LoopOptions) -> tuple[ClosedLoop, float]:
+    """Set a loop up, and run it until its scene no longer changes; say when that is."""
+    loop, now_s = ClosedLoop(options), 0.0
+    for begins_s, scene in options.scenes if isinstance(options, Moved) else ():
+        loop.run(duration_s=begins_s - now_s, record_every=1000)
+        loop.set_scene(scene)
+        now_s = begins_s
+    return loop, now_s
 
 
 def _hand_ends_s(options: LoopOptions) -> float:
@@ -213,17 +224,17 @@ def search(case: Case, tries: int) -> dict[str, float]:
     """Look for the worst of a case; give it with what it did, and how many tries it took."""
     random = np.random.default_rng([38, case.number])
 
-    def begin() -> cma.CMAEvolutionStrategy:
+    def start() -> cma.CMAEvolutionStrategy:
         return cma.CMAEvolutionStrategy(
             random.uniform(0.2, 0.8, len(SPACE)), 0.3,
             {"bounds": [0, 1], "popsize": _POPULATION, "seed": case.number + 1, "verbose": -9},
         )  # fmt: skip
 
-    strategy = begin()
+    strategy = start()
     done, worst = 0, []
     while done < tries:
         if strategy.stop():  # such as where every knob of a generation rests
-            strategy = begin()
+            strategy = start()
         points = strategy.ask()
         motions = measure([options_of(case, values_of(point)) for point in points])
         costs = [_cost(case, motion) for motion in motions]
