@@ -105,8 +105,7 @@ void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
   };
   std::uint16_t fresh = 0;
   for (std::size_t slot = 0; slot < options.scene.size(); ++slot) {
-    const bool same =
-        slot < effects_.size() && bytes(options.scene[slot]) == bytes(effects_[slot]);
+    const bool same = slot < effects_.size() && bytes(options.scene[slot]) == bytes(effects_[slot]);
     if (!same) fresh |= static_cast<std::uint16_t>(1U << slot);
   }
   setup_ = std::make_shared<const ControlSetup>(config, scene);

@@ -45,7 +45,17 @@ from torsio.printed.plant import (
 )
 from torsio.printed.scenes import Effect
 
-__all__ = ["HANDS", "SCENES", "SPACE", "Batch", "Case", "Moved", "SceneName", "batches", "options_of"]
+__all__ = [
+    "HANDS",
+    "SCENES",
+    "SPACE",
+    "Batch",
+    "Case",
+    "Moved",
+    "SceneName",
+    "batches",
+    "options_of",
+]
 
 SceneName = Literal["wall", "spring", "limited spring", "facing walls", "stops", "detents", "sum"]
 HandName = Literal["thrown", "weight", "released", "held"]
@@ -267,14 +277,14 @@ def _board(value: Mapping[str, float]) -> BoardConfig:
     return replace(right, motor_current_continuous_a=right.motor_current_max_a, **gains)
 
 
-def _scenes(
-    case: Case, value: Mapping[str, float]
-) -> Iterator[tuple[float, tuple[Effect, ...]]]:
+def _scenes(case: Case, value: Mapping[str, float]) -> Iterator[tuple[float, tuple[Effect, ...]]]:
     """Give what plays from which time on. A scene that moves ends where others stand."""
     end_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
     moves_s = _SETTLED_S - _PUSHED_S
     frames = round(moves_s / case.frame_s) if case.frame_s else 0
-    way_rad = value.get("move_rad", 0.0) if case.comes else -min(value.get("move_rad", 0.0), _AT_RAD)
+    way_rad = (
+        value.get("move_rad", 0.0) if case.comes else -min(value.get("move_rad", 0.0), _AT_RAD)
+    )
     for left in range(frames, -1, -1):
         at_rad = end_rad + left / max(1, frames) * way_rad
         effects = (*_springs(case, value, at_rad), *_extra(case, value, at_rad))
@@ -287,7 +297,7 @@ def _also_nm(value: Mapping[str, float]) -> float:
 
 
 def _also(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
-    """Give what plays in time, of which only a constant torque lasts, or friction."""
+    """Give a torque that plays in time, or friction."""
     torque_nm, ends = _also_nm(value), Timing(duration_s=_SETTLED_S)
     effects: dict[AlsoName, tuple[Effect, ...]] = {
         "nothing": (),

@@ -20,7 +20,16 @@ from torsio.printed.hands import ImpedanceHand, Profile, TorqueHand
 from torsio.telemetry import Record
 from torsio_studies.falsify.cases import SPACE, Batch, Case, Moved, options_of, values_of
 
-__all__ = ["DRIVEN_W", "LASTING_RAD", "LOUD_NM", "Motion", "begin", "breaks", "evaluate_batch", "measure"]
+__all__ = [
+    "DRIVEN_W",
+    "LASTING_RAD",
+    "LOUD_NM",
+    "Motion",
+    "begin",
+    "breaks",
+    "evaluate_batch",
+    "measure",
+]
 
 Array = npt.NDArray[np.float64]
 
