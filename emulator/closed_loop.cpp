@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "device/prepare.hpp"
 #include "emulator/plain_bytes.hpp"
 #include "emulator/plant/require.hpp"
 #include "emulator/truth.hpp"
@@ -114,10 +115,15 @@ void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
   core::restart_effects(controller_.scene, fresh, controller_.tick);
 }
 
+void ClosedLoop::stream(const protocol::LocalModel& model) {
+  local_ = device::prepare(model, setup_->config.controller.motion.resolution);
+}
+
 void ClosedLoop::sense(LoopRow* row) {
   const core::ControllerParams& params = setup_->config.controller;
+  const core::Play play{&setup_->scene, local_ ? &*local_ : nullptr};
   const core::Plan plan =
-      held_ ? core::idle_plan(params) : core::plan_of(params, controller_.bound, {&setup_->scene});
+      held_ ? core::idle_plan(params) : core::plan_of(params, controller_.bound, play);
   const std::uint32_t count = encoder_.sample(plant_.state().knob_angle);
   const core::ControllerOutputs out = core::control(controller_, params, plan, count);
   decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),

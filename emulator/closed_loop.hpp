@@ -55,6 +55,10 @@ class ClosedLoop {
   /// @throws std::invalid_argument that names what is out of its range; the old scene goes on
   void set_scene(const ClosedLoopOptions& options);
 
+  /// A host streams this from the next tick on, on top of the scene. No deadline ends it.
+  /// @param model within what the protocol allows
+  void stream(const protocol::LocalModel& model);
+
   /// Another hand takes over; times of its profiles are plant time.
   void set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
   /// As Plant's.
@@ -64,7 +68,7 @@ class ClosedLoop {
 
   /// Appends its state, for restore(). Not for a plant with electrics.
   void save(std::vector<std::uint8_t>& into) const;
-  /// Goes on from where the loop was that saved this: one with the same options and scene.
+  /// Goes on from where the loop was that saved this: one with the same options, scene and stream.
   /// @returns the bytes that follow
   std::span<const std::uint8_t> restore(std::span<const std::uint8_t> from);
 
@@ -90,6 +94,7 @@ class ClosedLoop {
   std::int64_t period_ns_;
   std::shared_ptr<const ControlSetup> setup_;
   std::vector<EffectReport> effects_;  // of its scene
+  std::optional<core::LocalModel> local_;
   core::ControllerState controller_;
   std::optional<PowerPath> power_;  // of a plant with electrics
   Plant plant_;

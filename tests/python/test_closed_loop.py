@@ -184,3 +184,29 @@ def test_scene_changes_as_on_the_emulated_device(law: Any) -> None:
         seen.append(np.abs(rows["angle_rad"] - moved["angle_rad"][same]).max())
     assert min(seen) == 0.0
     assert max(seen) > 1e-3
+
+
+def test_stream_acts_as_on_the_emulated_device() -> None:
+    """It keeps its spring to a place while the scene plays."""
+    model = {"angle_rad": 0.1, "stiffness_nm_per_rad": 0.5, "damping_nm_s_per_rad": 1e-3}
+    wall = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=2.0)
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(log_truth=True)) as knob:
+        knob.play(wall)
+        knob.arm()
+        knob.sleep(0.5)
+        told_s = knob.emulator.truth()["time_s"][-1]
+        knob.stream_local_model(**model, deadline_s=1.0)
+        knob.sleep(0.3)
+        moved = knob.emulator.truth()
+    seen = []
+    for late_s in np.arange(8) * 1e-3:
+        loop = closed_loop.ClosedLoop(closed_loop.LoopOptions(scene=wall))
+        loop.run(duration_s=told_s + late_s)
+        with pytest.raises(torsio.InvalidArgument, match="stiffness_nm_per_rad"):
+            loop.stream_local_model(stiffness_nm_per_rad=-1.0)
+        loop.stream_local_model(**model)
+        rows = loop.run(duration_s=0.2)
+        same = np.searchsorted(moved["time_s"], rows["time_s"] - 1e-9)
+        seen.append(np.abs(rows["angle_rad"] - moved["angle_rad"][same]).max())
+    assert min(seen) == 0.0
+    assert max(seen) > 1e-3

@@ -157,6 +157,30 @@ class ClosedLoop:
         self._loop.set_scene(options)
         self.options = options
 
+    def stream_local_model(
+        self,
+        *,
+        torque_nm: float = 0.0,
+        angle_rad: float = 0.0,
+        stiffness_nm_per_rad: float = 0.0,
+        damping_nm_s_per_rad: float = 0.0,
+    ) -> None:
+        """Add what a host streams, from the next tick on, as `Knob.stream_local_model`.
+
+        No deadline ends it, only another one.
+
+        Raises
+        ------
+        InvalidArgument
+            Names field, value and range; the old one goes on.
+        """
+        self._loop.stream_local_model(
+            checks.number("torque_nm", torque_nm),
+            checks.number("angle_rad", angle_rad),
+            checks.number("stiffness_nm_per_rad", stiffness_nm_per_rad),
+            checks.number("damping_nm_s_per_rad", damping_nm_s_per_rad),
+        )
+
     def set_hand(self, hand: Hand) -> None:
         """Let another hand take over; times of its profiles are the rows' times."""
         self._loop.set_hand(hand)

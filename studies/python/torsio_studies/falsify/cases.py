@@ -21,6 +21,7 @@ from torsio import (
     Curve,
     Damper,
     Detents,
+    EmulatorOptions,
     EndStops,
     Friction,
     Impact,
@@ -32,6 +33,7 @@ from torsio import (
     Timing,
     Wall,
 )
+from torsio import open as open_knob
 from torsio.closed_loop import InitialState, LoopOptions
 from torsio.printed.config import Law
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand, TorqueHand
@@ -54,6 +56,7 @@ __all__ = [
     "Moved",
     "SceneName",
     "batches",
+    "emulator_of",
     "options_of",
 ]
 
@@ -155,13 +158,23 @@ class Case:
     also: AlsoName = "nothing"
     frame_s: float = 0.0  # of a host that moves the scene; 0: of none
     comes: bool = False  # the scene moves towards the knob
+    streamed: float = 0.0  # a host also streams a spring, up to this share of `stable_stiffness`
 
 
 @dataclass(frozen=True, repr=False)
 class Moved(LoopOptions):
-    """A loop whose host plays other scenes later, each from its time on."""
+    """A loop whose host plays several scenes, each from its time on.
 
-    scenes: tuple[tuple[float, tuple[Effect, ...]], ...] = ()
+    Attributes
+    ----------
+    scenes
+        When each begins, where it is, and its effects.
+    streamed_nm_per_rad
+        A spring to that place, which the host streams.
+    """
+
+    scenes: tuple[tuple[float, float, tuple[Effect, ...]], ...] = ()
+    streamed_nm_per_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -174,7 +187,7 @@ class Batch:
     tries: int
 
 
-def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
+def batches(cases: int, tries: int, law: Law, streamed: float = 0.0) -> Iterator[Batch]:
     """Give each case a batch of its own; every pair of scene and hand comes before one repeats."""
     pairs = list(itertools.product(SCENES, HANDS))
     for number in range(cases):
@@ -193,12 +206,16 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             gap_rad=float(random.choice(GAPS_RAD)),
         )  # fmt: skip
         also = ALSO[max(0, int(random.integers(-3, len(ALSO))))]
-        is_held, moves = hand in {"thrown", "held"} or scene != "detents", random.random() < 0.3
+        # A push rolls a knob over detents, unless a hand holds it.
+        rolls = scene == "detents" and hand in {"weight", "released"}
+        goes_on = scene == "detents" and hand == "thrown" and also == "constant"
+        moves = bool(random.random() < 0.3) and not rolls
         case = replace(
             case,
-            also=also if is_held or also == "friction" else "nothing",
-            frame_s=float(random.choice(FRAMES_S)) if is_held and moves else 0.0,
+            also="nothing" if goes_on or (rolls and also != "friction") else also,
+            frame_s=float(random.choice(FRAMES_S)) if moves else 0.0,
             comes=bool(random.random() < 0.5),
+            streamed=streamed,
         )
         yield Batch(law, number, (case,), tries)
 
@@ -216,10 +233,10 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
     plant = _plant(case, value)
     actuator = _told(plant, value)
     hand, initial = _hand(case, value, plant)
-    (_, scene), *scenes = _scenes(case, value)
-    return Moved(
-        scene=scene,
-        scenes=tuple(scenes),
+    scenes = tuple(_scenes(case, value))
+    options = Moved(
+        scene=scenes[0][-1],
+        scenes=scenes,
         hand=hand,
         initial=initial,
         plant=plant,
@@ -232,6 +249,23 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
         ),
         control_period_ns=round(1e9 / case.rate_hz),
         seed=case.number,
+    )
+    if not case.streamed:
+        return options
+    with open_knob("emulated", emulator=emulator_of(options)) as knob:
+        stable_nm_per_rad = knob.stable_stiffness().stiffness_nm_per_rad
+    share = case.streamed * value["also_share"]
+    return replace(options, streamed_nm_per_rad=share * stable_nm_per_rad)
+
+
+def emulator_of(options: LoopOptions) -> EmulatorOptions:
+    """Give the emulated knob with a loop's plant and beliefs."""
+    return EmulatorOptions(
+        plant=options.plant,
+        control_rate_hz=1e9 / options.control_period_ns,
+        actuator=options.actuator,
+        board=options.board,
+        control=options.control,
     )
 
 
@@ -277,8 +311,10 @@ def _board(value: Mapping[str, float]) -> BoardConfig:
     return replace(right, motor_current_continuous_a=right.motor_current_max_a, **gains)
 
 
-def _scenes(case: Case, value: Mapping[str, float]) -> Iterator[tuple[float, tuple[Effect, ...]]]:
-    """Give what plays from which time on. A scene that moves ends where others stand."""
+def _scenes(
+    case: Case, value: Mapping[str, float]
+) -> Iterator[tuple[float, float, tuple[Effect, ...]]]:
+    """Give from when on what plays where. A scene that moves ends where others stand."""
     end_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
     moves_s = _SETTLED_S - _PUSHED_S
     frames = round(moves_s / case.frame_s) if case.frame_s else 0
@@ -289,7 +325,7 @@ def _scenes(case: Case, value: Mapping[str, float]) -> Iterator[tuple[float, tup
         at_rad = end_rad + left / max(1, frames) * way_rad
         effects = (*_springs(case, value, at_rad), *_extra(case, value, at_rad))
         begins_s = _SETTLED_S - left * case.frame_s if left < frames else 0.0
-        yield begins_s, (*effects, *_also(case, value))
+        yield begins_s, at_rad, (*effects, *_also(case, value))
 
 
 def _also_nm(value: Mapping[str, float]) -> float:

@@ -12,13 +12,13 @@ import cma
 import numpy as np
 import numpy.typing as npt
 
-from torsio import EmulatorOptions, StiffnessWarning
+from torsio import StiffnessWarning
 from torsio import open as open_knob
 from torsio.closed_loop import ClosedLoop, LoopOptions
 from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.hands import ImpedanceHand, Profile, TorqueHand
 from torsio.telemetry import Record
-from torsio_studies.falsify.cases import SPACE, Batch, Case, Moved, options_of, values_of
+from torsio_studies.falsify.cases import SPACE, Batch, Case, Moved, emulator_of, options_of, values_of
 
 __all__ = [
     "DRIVEN_W",
@@ -113,10 +113,17 @@ def _measure(options: LoopOptions, after_s: float) -> Motion:
 def begin(options: LoopOptions) -> tuple[ClosedLoop, float]:
     """Set a loop up, and run it until its scene no longer changes; say when that is."""
     loop, now_s = ClosedLoop(options), 0.0
-    for begins_s, scene in options.scenes if isinstance(options, Moved) else ():
-        loop.run(duration_s=begins_s - now_s, record_every=1000)
-        loop.set_scene(scene)
-        now_s = begins_s
+    if not isinstance(options, Moved):
+        return loop, now_s
+    for begins_s, at_rad, scene in options.scenes:
+        if begins_s > 0.0:
+            loop.run(duration_s=begins_s - now_s, record_every=1000)
+            loop.set_scene(scene)
+            now_s = begins_s
+        if options.streamed_nm_per_rad:
+            loop.stream_local_model(
+                angle_rad=at_rad, stiffness_nm_per_rad=options.streamed_nm_per_rad
+            )
     return loop, now_s
 
 
@@ -184,16 +191,9 @@ def confirm(case: Case, options: LoopOptions) -> Motion:
 
 def is_warned_of(options: LoopOptions) -> bool:
     """Say whether `play` warns of a scene on a knob with these beliefs."""
-    emulator = EmulatorOptions(
-        plant=options.plant,
-        control_rate_hz=1e9 / options.control_period_ns,
-        actuator=options.actuator,
-        board=options.board,
-        control=options.control,
-    )
     with (
         warnings.catch_warnings(record=True) as caught,
-        open_knob("emulated", emulator=emulator) as knob,
+        open_knob("emulated", emulator=emulator_of(options)) as knob,
     ):
         warnings.simplefilter("always")
         knob.play(options.scene or ())
