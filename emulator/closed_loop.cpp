@@ -116,7 +116,14 @@ void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
 }
 
 void ClosedLoop::stream(const protocol::LocalModel& model) {
-  local_ = device::prepare(model, setup_->config.controller.motion.resolution);
+  const core::Resolution& resolution = setup_->config.controller.motion.resolution;
+  const core::LocalModel next = device::prepare(model, resolution);
+  if (local_) {
+    core::change_local_model(controller_, resolution, *local_, next);
+  } else {
+    controller_.bound.new_scene = true;
+  }
+  local_ = next;
 }
 
 void ClosedLoop::sense(LoopRow* row) {

@@ -222,14 +222,15 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
         excite(*plan.excitation, params.excitation, motion, resolution.rad_per_count);
     return {shares.motor_command_nm, shares};
   }
-  float desired_nm = scene_nm;
-  if (plan.local != nullptr) desired_nm += evaluate_local_model(*plan.local, motion, resolution);
+  float of_angle_nm = scene_nm;
+  if (plan.local != nullptr) of_angle_nm += evaluate_local_model(*plan.local, motion, resolution);
+  float desired_nm = of_angle_nm;
   desired_nm *= plan.gain;
   if (plan.extra != nullptr) desired_nm += plan.extra->torque_nm(motion, resolution, state.tick);
   if (!is_finite(desired_nm)) return {desired_nm, {}};
   Shares shares;
   if (plan.bounds) {
-    float in_time_nm = desired_nm - scene_nm;
+    float in_time_nm = desired_nm - of_angle_nm;
     if (plan.scene != nullptr) {
       in_time_nm += evaluate_timed(*plan.scene, state.scene, resolution, state.tick);
     }
@@ -261,6 +262,13 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
 }
 
 }  // namespace
+
+void change_local_model(ControllerState& state, const Resolution& resolution,
+                        const LocalModel& from, const LocalModel& to) {
+  const Motion here{.position_counts = state.motion.position_counts};
+  state.bound.in_time_nm += evaluate_local_model(from, here, resolution) -
+                            evaluate_local_model(to, here, resolution);
+}
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,
                           std::uint32_t encoder_count) {

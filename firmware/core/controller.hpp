@@ -137,6 +137,11 @@ struct ControllerOutputs {
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
+/// Tells the bound that a local model takes another's place: what that changes does not come from
+/// the knob's motion. Its damper's does.
+void change_local_model(ControllerState& state, const Resolution& resolution,
+                        const LocalModel& from, const LocalModel& to);
+
 /// Senses, shares and limits. While nothing plays the commands are zero, and motion and sensor go
 /// on.
 ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,

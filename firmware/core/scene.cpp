@@ -359,7 +359,7 @@ float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& re
   return sum_nm;
 }
 
-float evaluate_local_model(const LocalModel& model, const Motion& motion,
+[[gnu::noinline]] float evaluate_local_model(const LocalModel& model, const Motion& motion,
                            const Resolution& resolution) {
   const float stretch_rad =
       offset_rad(motion.position_counts, model.reference, resolution.rad_per_count);

@@ -38,8 +38,10 @@ float to_float(std::uint64_t value) {
 }
 
 /// Within an endless effect nothing fades; within a finite one attack and fade must have room.
-template <class Report>
-Verdict prepare_timing(const protocol::Timing& in, const Resolution& r, core::Timing& timing) {
+/// @param duration, fade the report's fields, to name
+[[gnu::noinline]] Verdict prepare_timing(const protocol::Timing& in, const Resolution& r,
+                                         core::Timing& timing, std::uint8_t duration,
+                                         std::uint8_t fade) {
   timing.delay_ticks = core::round_to_u32(in.delay_s / r.period_s);
   timing.duration_ticks = core::round_to_u32(in.duration_s / r.period_s);
   timing.attack_ticks = core::round_to_u32(in.attack_s / r.period_s);
@@ -50,16 +52,22 @@ Verdict prepare_timing(const protocol::Timing& in, const Resolution& r, core::Ti
     const std::uint64_t envelope =
         static_cast<std::uint64_t>(timing.attack_ticks) + timing.fade_ticks;
     if (envelope > timing.duration_ticks) {
-      return {Status::inconsistent, field_index<Report>("duration_s")};
+      return {Status::inconsistent, duration};
     }
   } else if (in.fade_s > 0.0F) {
-    return {Status::inconsistent, field_index<Report>("fade_s")};
+    return {Status::inconsistent, fade};
   }
   timing.attack_level = in.attack_level;
   timing.attack_rise_per_tick = per_tick(1.0F - in.attack_level, timing.attack_ticks);
   timing.fade_level = in.fade_level;
   timing.fade_fall_per_tick = per_tick(1.0F - in.fade_level, timing.fade_ticks);
   return {};
+}
+
+template <class Report>
+Verdict prepare_timing(const protocol::Timing& in, const Resolution& r, core::Timing& timing) {
+  return prepare_timing(in, r, timing, field_index<Report>("duration_s"),
+                        field_index<Report>("fade_s"));
 }
 
 core::Wall make_wall(std::int64_t angle_turns_q32, bool solid_above, float stiffness, float damping,

@@ -139,13 +139,6 @@ def falsify(
     ] = None,
     results: Annotated[Path | None, _results_in("falsify")] = None,
     law: Annotated[str, _law_of(get_args(Law))] = "calibrated",
-    streamed: Annotated[
-        float,
-        typer.Option(
-            "--streamed", min=0.0, max=1.0,
-            help="A host also streams a spring, up to this share of `stable_stiffness`.",
-        ),
-    ] = 0.0,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:

@@ -21,7 +21,6 @@ from torsio import (
     Curve,
     Damper,
     Detents,
-    EmulatorOptions,
     EndStops,
     Friction,
     Impact,
@@ -33,7 +32,6 @@ from torsio import (
     Timing,
     Wall,
 )
-from torsio import open as open_knob
 from torsio.closed_loop import InitialState, LoopOptions
 from torsio.printed.config import Law
 from torsio.printed.hands import Hand, ImpedanceHand, NoHand, TorqueHand
@@ -56,7 +54,6 @@ __all__ = [
     "Moved",
     "SceneName",
     "batches",
-    "emulator_of",
     "options_of",
 ]
 
@@ -66,7 +63,7 @@ SCENES: Final[tuple[SceneName, ...]] = get_args(SceneName)
 HANDS: Final[tuple[HandName, ...]] = get_args(HandName)
 ExtraName = Literal["nothing", "damper", "damped wall", "inertia", "texture", "impact"]
 EXTRAS: Final[tuple[ExtraName, ...]] = get_args(ExtraName)
-AlsoName = Literal["nothing", "constant", "ramp", "periodic", "friction"]
+AlsoName = Literal["nothing", "constant", "ramp", "periodic", "friction", "stream"]
 ALSO: Final[tuple[AlsoName, ...]] = get_args(AlsoName)
 FRAMES_S: Final = (1e-3, 4e-3, 16e-3)
 RATES_HZ: Final = (10_000, 20_000)
@@ -158,7 +155,6 @@ class Case:
     also: AlsoName = "nothing"
     frame_s: float = 0.0  # of a host that moves the scene; 0: of none
     comes: bool = False  # the scene moves towards the knob
-    streamed: float = 0.0  # a host also streams a spring, up to this share of `stable_stiffness`
 
 
 @dataclass(frozen=True, repr=False)
@@ -187,7 +183,7 @@ class Batch:
     tries: int
 
 
-def batches(cases: int, tries: int, law: Law, streamed: float = 0.0) -> Iterator[Batch]:
+def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
     """Give each case a batch of its own; every pair of scene and hand comes before one repeats."""
     pairs = list(itertools.product(SCENES, HANDS))
     for number in range(cases):
@@ -212,10 +208,9 @@ def batches(cases: int, tries: int, law: Law, streamed: float = 0.0) -> Iterator
         moves = bool(random.random() < 0.3) and not rolls
         case = replace(
             case,
-            also="nothing" if goes_on or (rolls and also != "friction") else also,
+            also="nothing" if goes_on or (rolls and also not in {"friction", "stream"}) else also,
             frame_s=float(random.choice(FRAMES_S)) if moves else 0.0,
             comes=bool(random.random() < 0.5),
-            streamed=streamed,
         )
         yield Batch(law, number, (case,), tries)
 
@@ -234,9 +229,10 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
     actuator = _told(plant, value)
     hand, initial = _hand(case, value, plant)
     scenes = tuple(_scenes(case, value))
-    options = Moved(
+    return Moved(
         scene=scenes[0][-1],
         scenes=scenes,
+        streamed_nm_per_rad=value["stiffness_nm_per_rad"] if case.also == "stream" else 0.0,
         hand=hand,
         initial=initial,
         plant=plant,
@@ -249,23 +245,6 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
         ),
         control_period_ns=round(1e9 / case.rate_hz),
         seed=case.number,
-    )
-    if not case.streamed:
-        return options
-    with open_knob("emulated", emulator=emulator_of(options)) as knob:
-        stable_nm_per_rad = knob.stable_stiffness().stiffness_nm_per_rad
-    share = case.streamed * value["also_share"]
-    return replace(options, streamed_nm_per_rad=share * stable_nm_per_rad)
-
-
-def emulator_of(options: LoopOptions) -> EmulatorOptions:
-    """Give the emulated knob with a loop's plant and beliefs."""
-    return EmulatorOptions(
-        plant=options.plant,
-        control_rate_hz=1e9 / options.control_period_ns,
-        actuator=options.actuator,
-        board=options.board,
-        control=options.control,
     )
 
 
@@ -333,10 +312,11 @@ def _also_nm(value: Mapping[str, float]) -> float:
 
 
 def _also(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
-    """Give a torque that plays in time, or friction."""
+    """Give a torque that plays in time, or friction. A streamed spring is no effect."""
     torque_nm, ends = _also_nm(value), Timing(duration_s=_SETTLED_S)
     effects: dict[AlsoName, tuple[Effect, ...]] = {
         "nothing": (),
+        "stream": (),
         "constant": (Constant(torque_nm=torque_nm),),
         "ramp": (Ramp(start_torque_nm=-torque_nm, end_torque_nm=torque_nm, timing=ends),),
         "periodic": (

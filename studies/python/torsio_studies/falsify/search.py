@@ -12,13 +12,13 @@ import cma
 import numpy as np
 import numpy.typing as npt
 
-from torsio import StiffnessWarning
+from torsio import EmulatorOptions, StiffnessWarning
 from torsio import open as open_knob
 from torsio.closed_loop import ClosedLoop, LoopOptions
 from torsio.perception import VIBRATION_NM, vibration_nm
 from torsio.printed.hands import ImpedanceHand, Profile, TorqueHand
 from torsio.telemetry import Record
-from torsio_studies.falsify.cases import SPACE, Batch, Case, Moved, emulator_of, options_of, values_of
+from torsio_studies.falsify.cases import SPACE, Batch, Case, Moved, options_of, values_of
 
 __all__ = [
     "DRIVEN_W",
@@ -191,9 +191,16 @@ def confirm(case: Case, options: LoopOptions) -> Motion:
 
 def is_warned_of(options: LoopOptions) -> bool:
     """Say whether `play` warns of a scene on a knob with these beliefs."""
+    emulator = EmulatorOptions(
+        plant=options.plant,
+        control_rate_hz=1e9 / options.control_period_ns,
+        actuator=options.actuator,
+        board=options.board,
+        control=options.control,
+    )
     with (
         warnings.catch_warnings(record=True) as caught,
-        open_knob("emulated", emulator=emulator_of(options)) as knob,
+        open_knob("emulated", emulator=emulator) as knob,
     ):
         warnings.simplefilter("always")
         knob.play(options.scene or ())

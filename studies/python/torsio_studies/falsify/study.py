@@ -27,10 +27,9 @@ def run(study: Study) -> Results:
     cases = int(settings.get("cases") or (4 if study.quick else 1120))
     tries = int(settings.get("tries") or (32 if study.quick else 900))
     law: Law = settings.get("law", "calibrated")
-    streamed = float(settings.get("streamed") or 0.0)
     folder = Path(settings.get("results") or (study.out or Path("out")) / "falsify")
-    store = Store(folder, {"evaluation": EVALUATION, "tries": tries, "streamed": streamed})
-    work = list(batches(cases, tries, law, streamed))
+    store = Store(folder, {"evaluation": EVALUATION, "tries": tries})
+    work = list(batches(cases, tries, law))
     with complete(study, store, work, "searches", evaluate_batch) as (_, results):
         collections.deque(results, maxlen=0)
     columns = store.read(work)[law]
