@@ -55,6 +55,7 @@ double slope_of(const core::Effect& effect) {
 }
 
 /// A law that bounds makes safe all of a scene that depends on the angle alone: that is taken away.
+/// A local model stays, for the host is about to move it.
 /// @returns false if the bytes are not this report, or nothing of it is to be judged
 template <class Report>
 bool read_as(const protocol::ReportBytes& bytes, Report& report, bool bounds = false) {
@@ -443,8 +444,8 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                        std::to_string(1'000'000'000 / control_period_ns) + " Hz"
                  : "at rest the knob may hum in this: a count of its encoder switches more torque "
                    "than its friction holds") +
-         "; ask for less. The law 'calibrated' bounds a scene, but no law bounds a wall's "
-         "damping, inertia, a local model or what a host moves";
+         "; ask for less. The law 'calibrated' bounds a scene or a local model that stands, but "
+         "no law bounds a wall's damping, inertia or what a host moves";
 }
 
 }  // namespace torsio::conversion

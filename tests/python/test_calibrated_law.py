@@ -15,8 +15,8 @@ import pytest
 
 from tests.python import reference
 from torsio import ActuatorConfig, ControlConfig, ImpedanceHand, NoHand, PlantParams, Wall
-from torsio.closed_loop import LoopOptions, replay, simulate
-from torsio.printed.hands import Hand, TorqueHand
+from torsio.closed_loop import ClosedLoop, LoopOptions, replay, simulate
+from torsio.printed.hands import Hand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import BrakeHysteresis
 from torsio.telemetry import Record
 
@@ -254,3 +254,17 @@ def test_assistance_leaves_less_to_be_felt(speed_rad_s: float) -> None:
         felt = rows["hand_torque_nm"][rows["time_s"] > 1.0]
         expected = FRICTION_NM - assist_nm + viscous * speed_rad_s
         assert np.mean(felt) == pytest.approx(expected, abs=0.2e-3)
+
+
+@pytest.mark.parametrize("step_nm", [-20e-3, 20e-3])
+def test_torque_that_a_host_streams_comes_at_once_though_the_knob_moves(step_nm: float) -> None:
+    """Half of it would come later if the law took it for the spring's."""
+    moving = PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, math.copysign(1.0, -step_nm))])
+    plant = PlantParams(counts_per_rev=131_072)
+    loop = ClosedLoop(replace(options_of(stiffness=1.0, plant=plant, hand=moving), scene=None))
+    spring = {"angle_rad": 0.0, "stiffness_nm_per_rad": 0.2}
+    loop.stream_local_model(**spring)
+    before_nm = loop.run(duration_s=0.2)["motor_command_nm"][-1]
+    loop.stream_local_model(torque_nm=step_nm, **spring)
+    after_nm = loop.run(duration_s=0.1)["motor_command_nm"][0]
+    assert after_nm - before_nm == pytest.approx(step_nm, abs=1e-3)

@@ -151,8 +151,8 @@ TORSIO_API size_t torsio_scene_count(const torsio_scene* scene);
 TORSIO_API void torsio_scene_free(torsio_scene* scene);  ///< NULL is ignored
 
 /// Plays a scene in place of the one before, all of it from the same tick on. The scene may be
-/// changed or freed afterwards. If it is refused the old one goes on. No law bounds what the host
-/// does: a wall that you move or a spring that you stream may swing. Keep it below
+/// changed or freed afterwards. If it is refused the old one goes on. No law bounds what keeps
+/// moving: a wall or a streamed spring may swing. Keep it below a quarter of
 /// torsio_knob_stable_stiffness(), and move it slower than a hand moves.
 TORSIO_API torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene* scene);
 

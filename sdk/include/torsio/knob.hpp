@@ -205,8 +205,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
   /// device has it.
   /// @returns a warning for the user if the knob may swing in it for ever, let go, or hum, leant
   ///          on, though it plays. Empty if not, and under `calibrated`, which bounds scenes.
-  /// @note No law bounds what the host does: a wall that you move or a spring that you stream may
-  ///       swing. Keep it below stable_stiffness(), and move it slower than a hand moves.
+  /// @note No law bounds what keeps moving: a wall or a streamed spring may swing. Keep it below a
+  ///       quarter of stable_stiffness(), and move it slower than a hand moves.
   /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;
   ///         Refused; either way the old scene goes on
   std::string play(const Scene& scene);
@@ -215,7 +215,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
   /// Sends a local model and does not wait for the device. If state() is not armed, nothing is
   /// sent. A later refusal by the device only counts, in statistics().
   /// @returns as play(), of model and scene together; for a model that is stiffer or damps more
-  ///          than all since the scene began. No law bounds a local model.
+  ///          than all since the scene began, as if you move it. `calibrated` bounds one that
+  ///          stands.
   /// @throws InvalidArgument, Refused (not_armed)
   std::string stream_local_model(const LocalModel& model);
 

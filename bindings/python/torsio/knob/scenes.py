@@ -54,8 +54,8 @@ class KnobScenes:
 
         Notes
         -----
-        A wall that you move and a spring that you stream may swing. Keep them below
-        `stable_stiffness`, and move them slower than a hand moves.
+        A wall that keeps moving, and a streamed spring that does, may swing. Keep them below a
+        quarter of `stable_stiffness`, and move them slower than a hand moves.
         """
         if isinstance(scene, Effect):
             effects = [scene]
@@ -106,7 +106,8 @@ class KnobScenes:
         -----
         StiffnessWarning
             As `play` does, of model and scene together; for a model that is stiffer or damps more
-            than all since the scene began. No law bounds a local model.
+            than all since the scene began, as if you move it. ``"calibrated"`` bounds one that
+            stands.
         """
         swings = self._knob.stream_local_model(
             checks.number("torque_nm", torque_nm),
