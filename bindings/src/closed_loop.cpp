@@ -165,13 +165,12 @@ void bind_closed_loop(py::module_& module) {
             loop.set_scene(next);
           },
           arg("options"))
-      .def(
-          "stream_local_model",
-          [](emulator::ClosedLoop& loop, double torque_nm, double angle_rad,
-             double stiffness_nm_per_rad, double damping_nm_s_per_rad) {
-            loop.stream(conversion::to_wire(
-                LocalModel{torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad}));
-          })
+      .def("stream_local_model",
+           [](emulator::ClosedLoop& loop, double torque_nm, double angle_rad,
+              double stiffness_nm_per_rad, double damping_nm_s_per_rad) {
+             loop.stream(conversion::to_wire(
+                 LocalModel{torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad}));
+           })
       .def(
           "set_hand",
           [](emulator::ClosedLoop& loop, const py::object& hand) {

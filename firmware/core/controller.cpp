@@ -266,8 +266,8 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
 void change_local_model(ControllerState& state, const Resolution& resolution,
                         const LocalModel& from, const LocalModel& to) {
   const Motion here{.position_counts = state.motion.position_counts};
-  state.bound.in_time_nm += evaluate_local_model(from, here, resolution) -
-                            evaluate_local_model(to, here, resolution);
+  state.bound.in_time_nm +=
+      evaluate_local_model(from, here, resolution) - evaluate_local_model(to, here, resolution);
 }
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,

@@ -54,8 +54,7 @@ double slope_of(const core::Effect& effect) {
       effect);
 }
 
-/// A law that bounds makes safe all of a scene that depends on the angle alone: that is taken away.
-/// A local model stays, for the host is about to move it.
+/// A law that bounds makes safe what depends on the angle alone, but no local model, which moves.
 /// @returns false if the bytes are not this report, or nothing of it is to be judged
 template <class Report>
 bool read_as(const protocol::ReportBytes& bytes, Report& report, bool bounds = false) {

@@ -201,18 +201,22 @@ def batches(cases: int, tries: int, law: Law) -> Iterator[Batch]:
             simple=bool(random.random() < 0.5) and electrics and rate_hz == RATES_HZ[0],
             gap_rad=float(random.choice(GAPS_RAD)),
         )  # fmt: skip
-        also = ALSO[max(0, int(random.integers(-3, len(ALSO))))]
-        # A push rolls a knob over detents, unless a hand holds it.
-        rolls = scene == "detents" and hand in {"weight", "released"}
-        goes_on = scene == "detents" and hand == "thrown" and also == "constant"
-        moves = bool(random.random() < 0.3) and not rolls
-        case = replace(
-            case,
-            also="nothing" if goes_on or (rolls and also not in {"friction", "stream"}) else also,
-            frame_s=float(random.choice(FRAMES_S)) if moves else 0.0,
-            comes=bool(random.random() < 0.5),
-        )
-        yield Batch(law, number, (case,), tries)
+        yield Batch(law, number, (_moved(case, random),), tries)
+
+
+def _moved(case: Case, random: np.random.Generator) -> Case:
+    """Draw what plays in time, and how a host moves the scene."""
+    also = ALSO[max(0, int(random.integers(-3, len(ALSO))))]
+    # A push rolls a knob over detents, unless a hand holds it.
+    rolls = case.scene == "detents" and case.hand in {"weight", "released"}
+    goes_on = case.scene == "detents" and case.hand == "thrown" and also == "constant"
+    moves = bool(random.random() < 0.3) and not rolls
+    return replace(
+        case,
+        also="nothing" if goes_on or (rolls and also not in {"friction", "stream"}) else also,
+        frame_s=float(random.choice(FRAMES_S)) if moves else 0.0,
+        comes=bool(random.random() < 0.5),
+    )
 
 
 def values_of(point: np.typing.NDArray[np.float64]) -> dict[str, float]:
