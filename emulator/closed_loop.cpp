@@ -116,10 +116,10 @@ void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
 }
 
 void ClosedLoop::stream(const protocol::LocalModel& model) {
-  const core::Resolution& resolution = setup_->config.controller.motion.resolution;
-  const core::LocalModel next = device::prepare(model, resolution);
+  const core::ControllerParams& params = setup_->config.controller;
+  const core::LocalModel next = device::prepare(model, params.motion.resolution);
   if (local_) {
-    core::change_local_model(controller_, resolution, *local_, next);
+    core::change_local_model(controller_, params, *local_, next);
   } else {
     controller_.bound.new_scene = true;
   }

@@ -111,7 +111,7 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
 
 /// The same of all that plays.
 /// @param in_time_nm the part that does not come from the knob's motion
-float bound_all(ControllerState& state, const ControllerParams& params, const Scene* scene,
+float bound_all(ControllerState& state, const ControllerParams& params, const Play& play,
                 float asked_nm, float in_time_nm, std::int32_t delta_counts) {
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
@@ -126,7 +126,10 @@ float bound_all(ControllerState& state, const ControllerParams& params, const Sc
     bound.params = params.bound;
     set_share(bound, bound.share);
     begin_scene(bound, asked_nm);
-    state.scene.damping_nm_s_per_rad = damping_nm_s_per_rad(scene);
+    state.scene.damping_nm_s_per_rad = damping_nm_s_per_rad(play.scene);
+    if (play.local != nullptr) {
+      state.scene.damping_nm_s_per_rad += play.local->damping_nm_s_per_rad;
+    }
     bound_dampers(state);
   }
   return bound_torque(state, asked_nm, timed_nm, delta_counts);
@@ -223,7 +226,9 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
     return {shares.motor_command_nm, shares};
   }
   float of_angle_nm = scene_nm;
-  if (plan.local != nullptr) of_angle_nm += evaluate_local_model(*plan.local, motion, resolution);
+  if (plan.local != nullptr) {
+    of_angle_nm += evaluate_local_model(*plan.local, state.scene, motion, resolution);
+  }
   float desired_nm = of_angle_nm;
   desired_nm *= plan.gain;
   if (plan.extra != nullptr) desired_nm += plan.extra->torque_nm(motion, resolution, state.tick);
@@ -241,8 +246,8 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
           plan.gain * evaluate_inertia(*plan.scene, state.scene, motion, resolution, state.tick);
       state.scene.inertia_nm = inertia_nm;
     }
-    desired_nm = inertia_nm + bound_all(state, params, plan.scene, desired_nm - inertia_nm,
-                                        in_time_nm, motion.delta_counts);
+    desired_nm = inertia_nm + bound_all(state, params, plan, desired_nm - inertia_nm, in_time_nm,
+                                        motion.delta_counts);
     shares =
         share_bounded(state, params, motion, desired_nm, plan.inertia_kg_m2 == 0.0F, spring_nm);
     state.scene.inertia_share =
@@ -263,11 +268,18 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
 
 }  // namespace
 
-void change_local_model(ControllerState& state, const Resolution& resolution,
+void change_local_model(ControllerState& state, const ControllerParams& params,
                         const LocalModel& from, const LocalModel& to) {
+  if (!traits(params.partition.law).bounds) return;
   const Motion here{.position_counts = state.motion.position_counts};
-  state.bound.in_time_nm +=
-      evaluate_local_model(from, here, resolution) - evaluate_local_model(to, here, resolution);
+  const auto torque_nm = [&](const LocalModel& model) {
+    return evaluate_local_model(model, state.scene, here, params.motion.resolution);
+  };
+  const float change_nm = torque_nm(to) - torque_nm(from);
+  if (change_nm != 0.0F) state.bound.streamed_tick = static_cast<std::uint32_t>(state.tick);
+  state.bound.in_time_nm -= change_nm;
+  state.scene.damping_nm_s_per_rad += to.damping_nm_s_per_rad - from.damping_nm_s_per_rad;
+  bound_dampers(state);
 }
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,

@@ -139,7 +139,7 @@ struct ControllerOutputs {
 
 /// Tells the bound that a local model takes another's place: what that changes does not come from
 /// the knob's motion. Its damper's does.
-void change_local_model(ControllerState& state, const Resolution& resolution,
+void change_local_model(ControllerState& state, const ControllerParams& params,
                         const LocalModel& from, const LocalModel& to);
 
 /// Senses, shares and limits. While nothing plays the commands are zero, and motion and sensor go

@@ -62,8 +62,8 @@ struct SceneState {
   std::array<ImpactState, kMaxEffects> impact{};
   std::uint64_t impacts_tick = 0;  // the last tick with an active impact
   float knock_nm = 0;              // torque that all of them together gave then
-  float damping_nm_s_per_rad = 0;  // of all dampers
-  float damping_share = 1;         // of its torque that a Damper gives
+  float damping_nm_s_per_rad = 0;  // of all dampers, a streamed one too
+  float damping_share = 1;         // of their torque that they give
   float inertia_share = 1;         // of its torque that an Inertia gives
   float inertia_nm = 0;            // that all of them gave at the last tick that had some
 };
@@ -129,8 +129,9 @@ struct LocalModel {
   float damping_nm_s_per_rad = 0;
 };
 
-/// torque - stiffness * (angle - reference) - damping * speed, N m.
-float evaluate_local_model(const LocalModel& model, const Motion& motion,
+/// torque - stiffness * (angle - reference) - damping * speed, N m; of the damping the same share
+/// as a Damper's.
+float evaluate_local_model(const LocalModel& model, const SceneState& state, const Motion& motion,
                            const Resolution& resolution);
 
 }  // namespace torsio::core

@@ -127,9 +127,10 @@ struct BoundState {
   std::uint32_t doubt = 0;      // turns for which the sensor does without the brake's inertia
   std::uint32_t next_doubt = kFirstDoubt;  // as many after the next ring
   std::uint32_t turns = 0;  // where the parts could render, since the last of `unexpected_swings`
-  std::uint32_t timed_tick = 1U << 31;  // when `in_time_nm` last changed; as yet long ago
-  bool shaken = false;                  // it changed while a swing was judged
-  std::int32_t pushes = 0;              // looks that drove this swing, twice, less braking ones
+  std::uint32_t timed_tick = 1U << 31;     // when `in_time_nm` last changed; as yet long ago
+  std::uint32_t streamed_tick = 1U << 31;  // when a host last changed what it streams
+  bool shaken = false;                     // it changed while a swing was judged
+  std::int32_t pushes = 0;                 // looks that drove this swing, twice, less braking ones
 };
 
 /// Two energies are equal if they differ by less: they are rounded.

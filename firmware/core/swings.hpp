@@ -279,9 +279,10 @@ constexpr bool judge_flicker(BoundState& state, std::uint32_t now) {
 
 /// Steepness of the scene from turn to turn of the swing that has ended, as a share of a third of
 /// the first bound: that is the stable stiffness, or less. It is 1 where less was given than asked,
-/// or where the scene follows time.
-constexpr float steepness(const BoundState& state, std::int32_t width_counts) {
-  if (state.was_bounded || state.in_time_nm != 0.0F) return 1.0F;
+/// or where the scene follows time or a host.
+constexpr float steepness(const BoundState& state, std::int32_t width_counts, std::uint32_t now) {
+  const bool streamed = now - state.streamed_tick <= state.params.slow_ticks;
+  if (state.was_bounded || streamed || state.in_time_nm != 0.0F) return 1.0F;
   const float risen_nm = absolute(asked_torque(state) - state.turned_nm);
   return kFirstStiffness * risen_nm /
          (state.params.slope_nm_per_count * static_cast<float>(width_counts));
@@ -306,7 +307,7 @@ constexpr float steepness(const BoundState& state, std::int32_t width_counts) {
   state.doubt = state.next_doubt;
   state.next_doubt = state.doubt < kMostDoubt / 2 ? 2 * state.doubt : kMostDoubt;
   // In a stiffer scene right values may ring so, too.
-  if (steepness(state, state.swing_counts) < kSoft) state.unexpected_swings += kUnexpected;
+  if (steepness(state, state.swing_counts, now) < kSoft) state.unexpected_swings += kUnexpected;
 }
 
 /// A hand turns the knob on against a torque that at most doubles, so the brake slips. It then
@@ -396,7 +397,7 @@ constexpr bool is_as_wide(BoundState& state, std::int32_t width, bool slow) {
   const std::int32_t width = state.swing_counts;
   calm_down(state, width);
   turn_round(state, now);
-  const float steep = steepness(state, width);
+  const float steep = steepness(state, width, now);
   count_turn(state, steep < kSoft);
   state.was_bounded = state.bounded;
   state.turned_nm = asked_torque(state);

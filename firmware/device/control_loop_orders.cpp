@@ -144,8 +144,7 @@ Status ControlLoop::follow_local_model(const Order& order) {
   if (streams() && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
   if (streams() && order.deadline_ticks != 0) {
-    core::change_local_model(controller_, config_.controller.motion.resolution, local_model_,
-                             order.local_model);
+    core::change_local_model(controller_, config_.controller, local_model_, order.local_model);
   } else {
     controller_.bound.new_scene = true;
   }

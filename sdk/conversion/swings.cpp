@@ -156,14 +156,14 @@ class Played {
       std::apply([&](auto... effect) { (take(bytes, effect), ...); }, protocol::EffectReports{});
     }
     local_ = device::prepare(local_report_, resolution);
-    const float asked = core::damping_nm_s_per_rad(scene_.get());
+    const float asked = core::damping_nm_s_per_rad(scene_.get()) + local_.damping_nm_s_per_rad;
     if (bounds && asked > dampers_nm_s_per_rad) damping_share_ = dampers_nm_s_per_rad / asked;
   }
 
   [[nodiscard]] double torque_nm(core::SceneState& state, const core::Motion& motion) const {
     state.damping_share = damping_share_;
     return double{core::evaluate_scene(*scene_, state, motion, resolution_, 0) +
-                  core::evaluate_local_model(local_, motion, resolution_)};
+                  core::evaluate_local_model(local_, state, motion, resolution_)};
   }
 
   /// Positions that something is about, in counts.
@@ -443,8 +443,8 @@ std::string swing_warning(std::span<const protocol::ReportBytes> reports,
                        std::to_string(1'000'000'000 / control_period_ns) + " Hz"
                  : "at rest the knob may hum in this: a count of its encoder switches more torque "
                    "than its friction holds") +
-         "; ask for less. The law 'calibrated' bounds a scene or a local model that stands, but "
-         "no law bounds a wall's damping, inertia or what a host moves";
+         "; ask for less. The law 'calibrated' bounds scenes and local models, but no law bounds a "
+         "wall's damping, inertia or what a host moves";
 }
 
 }  // namespace torsio::conversion

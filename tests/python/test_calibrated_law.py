@@ -14,7 +14,17 @@ import numpy.typing as npt
 import pytest
 
 from tests.python import reference
-from torsio import ActuatorConfig, ControlConfig, ImpedanceHand, NoHand, PlantParams, Wall
+from torsio import (
+    ActuatorConfig,
+    ControlConfig,
+    Damper,
+    EmulatorOptions,
+    ImpedanceHand,
+    NoHand,
+    PlantParams,
+    Wall,
+)
+from torsio import open as open_knob
 from torsio.closed_loop import ClosedLoop, LoopOptions, replay, simulate
 from torsio.printed.hands import Hand, PrescribedMotion, TorqueHand
 from torsio.printed.plant import BrakeHysteresis
@@ -268,3 +278,26 @@ def test_torque_that_a_host_streams_comes_at_once_though_the_knob_moves(step_nm:
     loop.stream_local_model(torque_nm=step_nm, **spring)
     after_nm = loop.run(duration_s=0.1)["motor_command_nm"][0]
     assert after_nm - before_nm == pytest.approx(step_nm, abs=1e-3)
+
+
+def test_damper_that_a_host_streams_is_bounded_as_the_scenes() -> None:
+    options = replace(
+        options_of(stiffness=1.0, hand=TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 60e-3)])),
+        scene=Damper(damping_nm_s_per_rad=0.15),
+    )
+    in_scene = simulate(options, duration_s=2.0)
+    loop = ClosedLoop(replace(options, scene=None))
+    loop.stream_local_model(damping_nm_s_per_rad=0.15)
+    streamed = loop.run(duration_s=2.0)
+    np.testing.assert_array_equal(in_scene["angle_rad"], streamed["angle_rad"])
+
+
+def test_host_that_shakes_the_knob_makes_no_unexpected_swings() -> None:
+    options = EmulatorOptions(control=ControlConfig(law="calibrated"), control_rate_hz=10e3)
+    with open_knob("emulated", emulator=options) as knob:
+        knob.arm()
+        for n in range(375):
+            wave = math.sin(2.0 * math.pi * 16.0 * 4e-3 * n)
+            knob.stream_local_model(stiffness_nm_per_rad=0.5, angle_rad=0.1 * wave)
+            knob.sleep(4e-3)
+        assert knob.health().unexpected_swings == 0

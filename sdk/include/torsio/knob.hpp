@@ -215,8 +215,8 @@ class TORSIO_EXPORT Knob : public KnobConfigurations {
   /// Sends a local model and does not wait for the device. If state() is not armed, nothing is
   /// sent. A later refusal by the device only counts, in statistics().
   /// @returns as play(), of model and scene together; for a model that is stiffer or damps more
-  ///          than all since the scene began, as if you move it. `calibrated` bounds one that
-  ///          stands.
+  ///          than all since the scene began. It takes the model for one that you move, which no
+  ///          law bounds.
   /// @throws InvalidArgument, Refused (not_armed)
   std::string stream_local_model(const LocalModel& model);
 

@@ -297,7 +297,7 @@ TEST_CASE("effects begin when they are restarted") {
 TEST_CASE("a local model is a torque, a spring and a damper about its reference") {
   const core::LocalModel model{0.01F, origin_at(0.2), 1.5F, 0.003F};
   const core::Motion motion{600, 0, 0.0F, 2.0F, 0.0F};
-  CHECK(core::evaluate_local_model(model, motion, kResolution) ==
+  CHECK(core::evaluate_local_model(model, core::SceneState{}, motion, kResolution) ==
         Approx(0.01 - 1.5 * (600 * kRadPerCount - 0.2) - 0.006).scale(0).epsilon(1e-5));
 }
 

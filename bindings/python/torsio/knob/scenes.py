@@ -106,8 +106,8 @@ class KnobScenes:
         -----
         StiffnessWarning
             As `play` does, of model and scene together; for a model that is stiffer or damps more
-            than all since the scene began, as if you move it. ``"calibrated"`` bounds one that
-            stands.
+            than all since the scene began. It takes the model for one that you move, which no law
+            bounds.
         """
         swings = self._knob.stream_local_model(
             checks.number("torque_nm", torque_nm),

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import Final, Literal, get_args
+from typing import Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -75,6 +75,7 @@ _HOLDABLE_BY_DETENTS: Final = 0.5  # a weight that comes quickly overshoots, and
 _AT_RAD: Final = 0.05
 _SIMPLE_LOOP: Final = Electrics(predictive=False, current_period_s=0.0, output_delay_s=100e-6)
 _ALSO_NM: Final = 50e-3
+_MOST_NM_S_PER_RAD: Final = 0.06
 _PUSHED_S: Final = 0.1  # by then a weight hangs, and a scene begins to move
 _SETTLED_S: Final = 0.3  # by then a hand and a scene that moves are done
 _LEFT_S: Final = 0.5  # the same, for one that leaves
@@ -157,20 +158,19 @@ class Case:
     comes: bool = False  # the scene moves towards the knob
 
 
+class Change(NamedTuple):
+    """What a host plays or streams later."""
+
+    begins_s: float
+    scene: tuple[Effect, ...] | None = None
+    model: Mapping[str, float] | None = None
+
+
 @dataclass(frozen=True, repr=False)
 class Moved(LoopOptions):
-    """A loop whose host plays several scenes, each from its time on.
+    """A loop with a host that changes it."""
 
-    Attributes
-    ----------
-    scenes
-        When each begins, where it is, and its effects.
-    streamed_nm_per_rad
-        A spring to that place, which the host streams.
-    """
-
-    scenes: tuple[tuple[float, float, tuple[Effect, ...]], ...] = ()
-    streamed_nm_per_rad: float = 0.0
+    changes: tuple[Change, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -232,11 +232,10 @@ def options_of(case: Case, value: Mapping[str, float]) -> LoopOptions:
     plant = _plant(case, value)
     actuator = _told(plant, value)
     hand, initial = _hand(case, value, plant)
-    scenes = tuple(_scenes(case, value))
+    scene, changes = _host(case, value)
     return Moved(
-        scene=scenes[0][-1],
-        scenes=scenes,
-        streamed_nm_per_rad=value["stiffness_nm_per_rad"] if case.also == "stream" else 0.0,
+        scene=scene,
+        changes=changes,
         hand=hand,
         initial=initial,
         plant=plant,
@@ -294,21 +293,45 @@ def _board(value: Mapping[str, float]) -> BoardConfig:
     return replace(right, motor_current_continuous_a=right.motor_current_max_a, **gains)
 
 
-def _scenes(
-    case: Case, value: Mapping[str, float]
-) -> Iterator[tuple[float, float, tuple[Effect, ...]]]:
-    """Give from when on what plays where. A scene that moves ends where others stand."""
+def _host(case: Case, value: Mapping[str, float]) -> tuple[tuple[Effect, ...], tuple[Change, ...]]:
+    """Give what plays first, and what a host changes. What moves ends where others stand."""
+    places = list(_places(case, value))
+    streams = case.also == "stream"
+    scenes = [_scene(case, value, at_rad) for _, _, at_rad in places]
+    if streams:
+        return scenes[-1], tuple(
+            Change(begins_s, model=_model(value, left, at_rad)) for begins_s, left, at_rad in places
+        )
+    others = zip(places[1:], scenes[1:], strict=True)
+    return scenes[0], tuple(Change(place[0], scene=scene) for place, scene in others)
+
+
+def _places(case: Case, value: Mapping[str, float]) -> Iterator[tuple[float, float, float]]:
+    """Give from when on what moves is where, with the share of its way that is left."""
     end_rad = _AT_RAD + value["place_counts"] * 2.0 * math.pi / case.counts
-    moves_s = _SETTLED_S - _PUSHED_S
-    frames = round(moves_s / case.frame_s) if case.frame_s else 0
-    way_rad = (
-        value.get("move_rad", 0.0) if case.comes else -min(value.get("move_rad", 0.0), _AT_RAD)
-    )
+    frames = round((_SETTLED_S - _PUSHED_S) / case.frame_s) if case.frame_s else 0
+    way_rad = value.get("move_rad", 0.0)
+    way_rad = way_rad if case.comes else -min(way_rad, _AT_RAD)
     for left in range(frames, -1, -1):
-        at_rad = end_rad + left / max(1, frames) * way_rad
-        effects = (*_springs(case, value, at_rad), *_extra(case, value, at_rad))
         begins_s = _SETTLED_S - left * case.frame_s if left < frames else 0.0
-        yield begins_s, at_rad, (*effects, *_also(case, value))
+        share = left / max(1, frames)
+        yield begins_s, share, end_rad + share * way_rad
+
+
+def _scene(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
+    return (
+        *_springs(case, value, at_rad), *_extra(case, value, at_rad), *_also(case, value),
+    )  # fmt: skip
+
+
+def _model(value: Mapping[str, float], left: float, at_rad: float) -> dict[str, float]:
+    """Give a streamed spring with a damper, and a torque that ends with the way."""
+    return {
+        "torque_nm": left * _also_nm(value),
+        "angle_rad": at_rad,
+        "stiffness_nm_per_rad": value["stiffness_nm_per_rad"],
+        "damping_nm_s_per_rad": value.get("also_share", 0.0) * _MOST_NM_S_PER_RAD,
+    }
 
 
 def _also_nm(value: Mapping[str, float]) -> float:
@@ -336,7 +359,7 @@ def _also(case: Case, value: Mapping[str, float]) -> tuple[Effect, ...]:
 def _extra(case: Case, value: Mapping[str, float], at_rad: float) -> tuple[Effect, ...]:
     """Give what comes to the scene; of most of it `play` does not warn."""
     share = value.get("extra_share", 0.0)
-    damping = share * 0.06
+    damping = share * _MOST_NM_S_PER_RAD
     # A texture takes from detents what a weight leans on.
     most_nm = 0.5 * value["limit_nm"] if case.scene == "detents" and case.hand != "thrown" else 0.1
     extras: dict[ExtraName, tuple[Effect, ...]] = {

@@ -111,19 +111,15 @@ def _measure(options: LoopOptions, after_s: float) -> Motion:
 
 
 def begin(options: LoopOptions) -> tuple[ClosedLoop, float]:
-    """Set a loop up, and run it until its scene no longer changes; say when that is."""
+    """Set a loop up, and run it until its host changes no more; say when that is."""
     loop, now_s = ClosedLoop(options), 0.0
-    if not isinstance(options, Moved):
-        return loop, now_s
-    for begins_s, at_rad, scene in options.scenes:
-        if begins_s > 0.0:
-            loop.run(duration_s=begins_s - now_s, record_every=1000)
-            loop.set_scene(scene)
-            now_s = begins_s
-        if options.streamed_nm_per_rad:
-            loop.stream_local_model(
-                angle_rad=at_rad, stiffness_nm_per_rad=options.streamed_nm_per_rad
-            )
+    for change in options.changes if isinstance(options, Moved) else ():
+        loop.run(duration_s=change.begins_s - now_s, record_every=1000)
+        now_s = change.begins_s
+        if change.scene is not None:
+            loop.set_scene(change.scene)
+        if change.model is not None:
+            loop.stream_local_model(**change.model)
     return loop, now_s
 
 
@@ -204,6 +200,10 @@ def is_warned_of(options: LoopOptions) -> bool:
     ):
         warnings.simplefilter("always")
         knob.play(options.scene or ())
+        for change in options.changes if isinstance(options, Moved) else ():
+            if change.model is not None:
+                knob.arm()
+                knob.stream_local_model(**change.model)
     return any(one.category is StiffnessWarning for one in caught)
 
 
