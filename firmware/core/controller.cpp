@@ -111,7 +111,7 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
 
 /// The same of all that plays.
 /// @param in_time_nm the part that does not come from the knob's motion
-float bound_all(ControllerState& state, const ControllerParams& params, const Play& play,
+float bound_all(ControllerState& state, const ControllerParams& params, const Plan& plan,
                 float asked_nm, float in_time_nm, std::int32_t delta_counts) {
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
@@ -124,11 +124,14 @@ float bound_all(ControllerState& state, const ControllerParams& params, const Pl
   if (bound.new_scene) {
     bound.drag_nm = timed_nm = 0.0F;
     bound.params = params.bound;
+    if (plan.inertia_kg_m2 != 0.0F) {
+      add_inertia(bound.params, params.motion.resolution, plan.inertia_kg_m2);
+    }
     set_share(bound, bound.share);
     begin_scene(bound, asked_nm);
-    state.scene.damping_nm_s_per_rad = damping_nm_s_per_rad(play.scene);
-    if (play.local != nullptr) {
-      state.scene.damping_nm_s_per_rad += play.local->damping_nm_s_per_rad;
+    state.scene.damping_nm_s_per_rad = damping_nm_s_per_rad(plan.scene);
+    if (plan.local != nullptr) {
+      state.scene.damping_nm_s_per_rad += plan.local->damping_nm_s_per_rad;
     }
     bound_dampers(state);
   }
@@ -252,10 +255,6 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
         share_bounded(state, params, motion, desired_nm, plan.inertia_kg_m2 == 0.0F, spring_nm);
     state.scene.inertia_share =
         state.bound.trust * state.bound.calm * inertia_share(params, plan.inertia_kg_m2);
-    // A flywheel may spin.
-    if (plan.inertia_kg_m2 != 0.0F) {
-      state.bound.params.spin_counts = std::numeric_limits<std::int32_t>::max();
-    }
   } else {
     shares = partition(params.partition, desired_nm, spring_nm);
   }

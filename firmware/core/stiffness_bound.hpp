@@ -74,6 +74,18 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, float dam
   return params;
 }
 
+/// For a scene with virtual inertia: a flywheel may spin, and swings more slowly.
+constexpr void add_inertia(BoundParams& params, const Resolution& resolution, float inertia_kg_m2) {
+  params.spin_counts = std::numeric_limits<std::int32_t>::max();
+  params.swing_nm +=
+      inertia_kg_m2 * resolution.rad_per_count / (resolution.period_s * resolution.period_s);
+}
+
+/// Whether virtual inertia is among them.
+constexpr bool is_flywheel(const BoundParams& params) {
+  return params.spin_counts == std::numeric_limits<std::int32_t>::max();
+}
+
 struct BoundState {
   BoundParams params;              // as they were when the scene was new
   float last_nm = 0;               // asked at the last tick; while `on_line` no number

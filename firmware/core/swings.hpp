@@ -87,13 +87,14 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
 }
 
 /// Whether the knob comes back as if nobody held it. It may do so slowly over an eighth of a turn,
-/// or while the brake's inertia is in doubt. Else a hand moves it. The scene has driven it at more
-/// than a third of the looks, which no friction does. A constant torque M swings it over w within
-/// sqrt(4 w J / M), a spring within 1.1 times that. M is the less of both ends', for a wall may
-/// throw the knob back. Of M a quarter to twice will do.
+/// as a flywheel, or while the brake's inertia is in doubt. Else a hand moves it. The scene has
+/// driven it at more than a third of the looks, which no friction does. A constant torque M swings
+/// it over w within sqrt(4 w J / M), a spring within 1.1 times that. M is the less of both ends',
+/// for a wall may throw the knob back. Of M a quarter to twice will do.
 [[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
   if (state.pushes <= 0) return false;
-  if (state.doubt == 0 && 8 * state.swing_counts < state.params.turn_counts) return false;
+  const bool wide = is_flywheel(state.params) || 8 * state.swing_counts >= state.params.turn_counts;
+  if (state.doubt == 0 && !wide) return false;
   const auto ticks = static_cast<float>(now - state.turned_tick);
   const float took_nm = state.params.swing_nm * static_cast<float>(state.swing_counts);
   const float back_nm =
