@@ -159,7 +159,7 @@ class Case:
 
 
 class Change(NamedTuple):
-    """What a host plays or streams later."""
+    """A change by the host."""
 
     begins_s: float
     scene: tuple[Effect, ...] | None = None
