@@ -11,6 +11,7 @@ import pytest
 
 import torsio
 from torsio.apps.doctor.examination import UNEXPECTED_SWINGS
+from torsio.closed_loop import ClosedLoop
 from torsio_studies.common import StudyError
 from torsio_studies.execution import execute
 from torsio_studies.falsify.cases import HANDS, SCENES, SPACE, batches, options_of, values_of
@@ -43,6 +44,30 @@ def test_knob_that_is_not_watched_to_the_end_stays_where_it_is() -> None:
         loop.run(duration_s=1.8 - now_s, record_every=1000)
         moved = np.ptp(loop.run(duration_s=0.2)["angle_rad"])
         assert found.swing_rad == pytest.approx(moved, abs=1e-2 * LASTING_RAD)
+
+
+def test_host_of_a_search_moves_its_scene_or_its_stream() -> None:
+    value = values_of(np.full(len(SPACE), 0.7))
+    cases = [batch.designs[0] for batch in batches(200, 32, "calibrated")]
+    moved = [case for case in cases if case.frame_s and case.also != "stream"]
+    for case in moved:
+        options = options_of(case, value)
+        loop, now_s = begin(options)
+        assert now_s == pytest.approx(0.3)
+        assert loop.options.scene != options.scene
+        still = options_of(replace(case, frame_s=0.0), value)
+        assert loop.options.scene == still.scene
+    for case in cases:
+        if case.also == "stream":
+            options = options_of(case, value)
+            loop, now_s = begin(options)
+            alone = ClosedLoop(options)
+            alone.run(duration_s=now_s)
+            asked_nm, without_nm = (
+                one.run(duration_s=0.1)["desired_torque_nm"] for one in (loop, alone)
+            )
+            assert np.any(asked_nm != without_nm)
+    assert {case.frame_s for case in moved} == {1e-3, 4e-3, 16e-3}
 
 
 def test_search_finds_that_a_law_without_a_bound_buzzes() -> None:
