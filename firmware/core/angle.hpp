@@ -27,6 +27,8 @@ struct Origin {
   std::int64_t counts = 0;
   std::uint32_t fraction_q32 = 0;
   float fraction = 0;  // the same, to the 24 bits that a tick needs
+
+  friend bool operator==(const Origin&, const Origin&) = default;
 };
 
 /// The origin at an angle in 2^-32 turns. Exact.

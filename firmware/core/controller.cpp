@@ -116,13 +116,14 @@ float bound_all(ControllerState& state, const ControllerParams& params, const Pl
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
   bound.in_time_nm = in_time_nm;
-  // Where time takes the scene's torque away, the knob has not moved.
-  if (timed_nm != 0.0F) {
-    bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
-    bound.timed_tick = static_cast<std::uint32_t>(state.tick);
-  }
+  const auto now = static_cast<std::uint32_t>(state.tick);
+  const bool streamed = now - bound.streamed_tick <= 1;
+  // Where time or a host takes the torque away, the knob has not moved.
+  if (timed_nm != 0.0F || streamed) bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
+  if (timed_nm != 0.0F) bound.timed_tick = now;
   if (bound.new_scene) {
-    bound.drag_nm = timed_nm = 0.0F;
+    if (!streamed) bound.drag_nm = 0.0F;
+    timed_nm = 0.0F;
     bound.params = params.bound;
     if (plan.inertia_kg_m2 != 0.0F) {
       add_inertia(bound.params, params.motion.resolution, plan.inertia_kg_m2);
@@ -266,20 +267,6 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
 }
 
 }  // namespace
-
-void change_local_model(ControllerState& state, const ControllerParams& params,
-                        const LocalModel& from, const LocalModel& to) {
-  if (!traits(params.partition.law).bounds) return;
-  const Motion here{.position_counts = state.motion.position_counts};
-  const auto torque_nm = [&](const LocalModel& model) {
-    return evaluate_local_model(model, state.scene, here, params.motion.resolution);
-  };
-  const float change_nm = torque_nm(to) - torque_nm(from);
-  if (change_nm != 0.0F) state.bound.streamed_tick = static_cast<std::uint32_t>(state.tick);
-  state.bound.in_time_nm -= change_nm;
-  state.scene.damping_nm_s_per_rad += to.damping_nm_s_per_rad - from.damping_nm_s_per_rad;
-  bound_dampers(state);
-}
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,
                           std::uint32_t encoder_count) {

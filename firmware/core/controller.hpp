@@ -137,10 +137,11 @@ struct ControllerOutputs {
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
-/// Tells the bound that a local model takes another's place: what that changes does not come from
-/// the knob's motion. Its damper's does.
-void change_local_model(ControllerState& state, const ControllerParams& params,
-                        const LocalModel& from, const LocalModel& to);
+/// What a host streams is another scene from the next tick on.
+constexpr void change_stream(ControllerState& state) {
+  state.bound.new_scene = true;
+  state.bound.streamed_tick = static_cast<std::uint32_t>(state.tick);
+}
 
 /// Senses, shares and limits. While nothing plays the commands are zero, and motion and sensor go
 /// on.

@@ -359,8 +359,8 @@ float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& re
   return sum_nm;
 }
 
-[[gnu::noinline]] float evaluate_local_model(const LocalModel& model, const SceneState& state,
-                                             const Motion& motion, const Resolution& resolution) {
+float evaluate_local_model(const LocalModel& model, const SceneState& state, const Motion& motion,
+                           const Resolution& resolution) {
   const float stretch_rad =
       offset_rad(motion.position_counts, model.reference, resolution.rad_per_count);
   return model.torque_nm - model.stiffness_nm_per_rad * stretch_rad -

@@ -127,6 +127,8 @@ struct LocalModel {
   Origin reference;
   float stiffness_nm_per_rad = 0;
   float damping_nm_s_per_rad = 0;
+
+  friend bool operator==(const LocalModel&, const LocalModel&) = default;
 };
 
 /// torque - stiffness * (angle - reference) - damping * speed, N m; of the damping the same share

@@ -143,11 +143,8 @@ Status ControlLoop::follow_local_model(const Order& order) {
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (streams() && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
-  if (streams() && order.deadline_ticks != 0) {
-    core::change_local_model(controller_, config_.controller, local_model_, order.local_model);
-  } else {
-    controller_.bound.new_scene = true;
-  }
+  const bool goes_on = streams() && order.deadline_ticks != 0;
+  if (!goes_on || order.local_model != local_model_) change_stream(controller_);
   local_model_ = order.local_model;
   local_model_ticks_left_ = order.deadline_ticks == 0 ? 0 : order.deadline_ticks + 1;
   return Status::ok;
