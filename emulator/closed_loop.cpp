@@ -116,8 +116,13 @@ void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
 }
 
 void ClosedLoop::stream(const protocol::LocalModel& model) {
-  const core::LocalModel next = device::prepare(model, setup_->config.controller.motion.resolution);
-  if (next != local_) change_stream(controller_);
+  const core::ControllerParams& params = setup_->config.controller;
+  const core::LocalModel next = device::prepare(model, params.motion.resolution);
+  if (local_) {
+    core::change_local_model(controller_, params, *local_, next);
+  } else {
+    controller_.bound.new_scene = true;
+  }
   local_ = next;
 }
 

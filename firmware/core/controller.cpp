@@ -109,6 +109,14 @@ void choose_brake_side(SoftSensorState& sensor, const ShaftParams& shaft, bool s
   return bound_stiffness(state.bound, asked_nm, timed_nm, delta_counts);
 }
 
+/// Share of virtual inertia. One count switches no more than half the motor, as in a wall. More
+/// shakes a knob with few counts, and drives it on.
+float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
+  const float one_count = params.motion.speed_gain * params.motion.acceleration_scale;
+  const float most_kg_m2 = 0.5F * params.partition.motor_torque_max_nm / one_count;
+  return inertia_kg_m2 > most_kg_m2 ? most_kg_m2 / inertia_kg_m2 : 1.0F;
+}
+
 /// The same of all that plays.
 /// @param in_time_nm the part that does not come from the knob's motion
 float bound_all(ControllerState& state, const ControllerParams& params, const Plan& plan,
@@ -116,17 +124,17 @@ float bound_all(ControllerState& state, const ControllerParams& params, const Pl
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
   bound.in_time_nm = in_time_nm;
-  const auto now = static_cast<std::uint32_t>(state.tick);
-  const bool streamed = now - bound.streamed_tick <= 1;
-  // Where time or a host takes the torque away, the knob has not moved.
-  if (timed_nm != 0.0F || streamed) bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
-  if (timed_nm != 0.0F) bound.timed_tick = now;
+  // Where time takes the scene's torque away, the knob has not moved.
+  if (timed_nm != 0.0F) {
+    bound.drag_nm = smaller(bound.drag_nm, absolute(asked_nm));
+    bound.timed_tick = static_cast<std::uint32_t>(state.tick);
+  }
   if (bound.new_scene) {
-    if (!streamed) bound.drag_nm = 0.0F;
-    timed_nm = 0.0F;
+    bound.drag_nm = timed_nm = 0.0F;
     bound.params = params.bound;
     if (plan.inertia_kg_m2 != 0.0F) {
-      add_inertia(bound.params, params.motion.resolution, plan.inertia_kg_m2);
+      const float given = inertia_share(params, plan.inertia_kg_m2);
+      add_inertia(bound.params, params.motion.resolution, given * plan.inertia_kg_m2);
     }
     set_share(bound, bound.share);
     begin_scene(bound, asked_nm);
@@ -210,14 +218,6 @@ struct Outcome {
   return {desired_nm, share_bounded(state, params, motion, desired_nm, true, spring_nm)};
 }
 
-/// Share of virtual inertia. One count switches no more than half the motor, as in a wall. More
-/// shakes a knob with few counts, and drives it on.
-float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
-  const float one_count = params.motion.speed_gain * params.motion.acceleration_scale;
-  const float most_kg_m2 = 0.5F * params.partition.motor_torque_max_nm / one_count;
-  return inertia_kg_m2 > most_kg_m2 ? most_kg_m2 / inertia_kg_m2 : 1.0F;
-}
-
 [[gnu::noinline]] Outcome run_full(ControllerState& state, const ControllerParams& params,
                                    const Plan& plan, const Motion& motion, float scene_nm) {
   const Resolution& resolution = params.motion.resolution;
@@ -230,10 +230,12 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
     return {shares.motor_command_nm, shares};
   }
   float of_angle_nm = scene_nm;
+  float desired_nm = scene_nm;
   if (plan.local != nullptr) {
-    of_angle_nm += evaluate_local_model(*plan.local, state.scene, motion, resolution);
+    const float local_nm = evaluate_local_model(*plan.local, state.scene, motion, resolution);
+    desired_nm += local_nm;
+    of_angle_nm += local_nm - plan.local->torque_nm;
   }
-  float desired_nm = of_angle_nm;
   desired_nm *= plan.gain;
   if (plan.extra != nullptr) desired_nm += plan.extra->torque_nm(motion, resolution, state.tick);
   if (!is_finite(desired_nm)) return {desired_nm, {}};
@@ -267,6 +269,26 @@ float inertia_share(const ControllerParams& params, float inertia_kg_m2) {
 }
 
 }  // namespace
+
+void change_local_model(ControllerState& state, const ControllerParams& params,
+                        const LocalModel& from, const LocalModel& to) {
+  BoundState& bound = state.bound;
+  if (!traits(params.partition.law).bounds || from == to) return;
+  const Motion here{.position_counts = state.motion.position_counts};
+  const auto spring_nm = [&](const LocalModel& model) {
+    return evaluate_local_model(model, state.scene, here, params.motion.resolution) -
+           model.torque_nm;
+  };
+  const float change_nm = spring_nm(to) - spring_nm(from);
+  bound.timed_tick = bound.streamed_tick = static_cast<std::uint32_t>(state.tick);
+  if (!bound.bounded) {
+    bound.in_time_nm -= change_nm;
+  } else if (absolute(change_nm) >= kNearly * absolute(asked_torque(bound))) {
+    bound.new_scene = true;
+  }
+  state.scene.damping_nm_s_per_rad += to.damping_nm_s_per_rad - from.damping_nm_s_per_rad;
+  bound_dampers(state);
+}
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params, const Plan& plan,
                           std::uint32_t encoder_count) {

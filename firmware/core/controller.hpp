@@ -137,11 +137,11 @@ struct ControllerOutputs {
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
-/// What a host streams is another scene from the next tick on.
-constexpr void change_stream(ControllerState& state) {
-  state.bound.new_scene = true;
-  state.bound.streamed_tick = static_cast<std::uint32_t>(state.tick);
-}
+/// A host streams another model from the next tick on. Its torque passes the bound. So does what
+/// its spring gives otherwise here; but where less is given than asked, nearly the same spring
+/// keeps the bound's line, and any other is a new scene.
+void change_local_model(ControllerState& state, const ControllerParams& params,
+                        const LocalModel& from, const LocalModel& to);
 
 /// Senses, shares and limits. While nothing plays the commands are zero, and motion and sensor go
 /// on.

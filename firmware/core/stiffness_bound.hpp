@@ -31,6 +31,9 @@ struct BoundParams {
 /// Share of the stable stiffness.
 inline constexpr float kFirstStiffness = 3.0F;
 
+/// A torque that changes by less than this share is nearly the same.
+inline constexpr float kNearly = 0.25F;
+
 /// How often a hand is looked for.
 inline constexpr std::uint32_t kLookTicks = 256;
 
@@ -295,7 +298,7 @@ constexpr bool ends(const BoundState& state, float asked_nm, float line_nm, floa
 constexpr void begin_scene(BoundState& state, float asked_nm) {
   state.new_scene = false;
   const float before_nm = asked_torque(state);
-  if (state.bounded && absolute(asked_nm - before_nm) < 0.25F * absolute(before_nm)) return;
+  if (state.bounded && absolute(asked_nm - before_nm) < kNearly * absolute(before_nm)) return;
   state.on_line = state.bounded = false;
   state.last_nm = asked_nm;
 }

@@ -120,6 +120,7 @@ Status ControlLoop::arm() {
     // The other's torque fades while the scene's comes up: both in the time of the soft start.
     guest.release();
     change(begins, Owner::sdk, ticks);
+    controller_.bound.new_scene = true;
     report_event(EventKind::owner_changed);
   } else {
     enter(begins, Owner::sdk, ticks);
@@ -143,8 +144,11 @@ Status ControlLoop::follow_local_model(const Order& order) {
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (streams() && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
-  const bool goes_on = streams() && order.deadline_ticks != 0;
-  if (!goes_on || order.local_model != local_model_) change_stream(controller_);
+  if (streams() && order.deadline_ticks != 0) {
+    core::change_local_model(controller_, config_.controller, local_model_, order.local_model);
+  } else {
+    controller_.bound.new_scene = true;
+  }
   local_model_ = order.local_model;
   local_model_ticks_left_ = order.deadline_ticks == 0 ? 0 : order.deadline_ticks + 1;
   return Status::ok;

@@ -301,3 +301,20 @@ def test_host_that_shakes_the_knob_makes_no_unexpected_swings() -> None:
             knob.stream_local_model(stiffness_nm_per_rad=0.5, angle_rad=0.1 * wave)
             knob.sleep(4e-3)
         assert knob.health().unexpected_swings == 0
+
+
+@pytest.mark.parametrize("amplitude_nm", [1e-6, 5e-3])
+def test_torque_that_a_host_streams_passes_a_bounded_wall(amplitude_nm: float) -> None:
+    """A stiff wall holds a weight, and gives less than it asks."""
+    weight = TorqueHand(torque_nm=[(0.0, 0.0), (0.3, 60e-3)])
+    options = options_of(stiffness=300.0, plant=PlantParams(counts_per_rev=8192), hand=weight)
+    alone = simulate(options, duration_s=2.0)[-20_000:]
+    loop, parts = ClosedLoop(options), []
+    for n in range(2000):
+        loop.stream_local_model(torque_nm=amplitude_nm * math.sin(2.0 * math.pi * 0.037 * n))
+        parts.append(loop.run(duration_s=1e-3))
+    streamed = np.concatenate(parts)[-20_000:]
+    both_ways_nm = np.ptp(streamed["motor_command_nm"])
+    assert both_ways_nm == pytest.approx(2.0 * amplitude_nm, rel=0.1, abs=1e-5)
+    deeper_rad = float(np.mean(streamed["angle_rad"]) - np.mean(alone["angle_rad"]))
+    assert deeper_rad < 2e-3

@@ -200,10 +200,10 @@ def is_warned_of(options: LoopOptions) -> bool:
     ):
         warnings.simplefilter("always")
         knob.play(options.scene or ())
-        for change in options.changes if isinstance(options, Moved) else ():
-            if change.model is not None:
-                knob.arm()
-                knob.stream_local_model(**change.model)
+        last = options.changes[-1].model if isinstance(options, Moved) and options.changes else None
+        if last is not None:
+            knob.arm()
+            knob.stream_local_model(**last)
     return any(one.category is StiffnessWarning for one in caught)
 
 
