@@ -26,6 +26,7 @@ struct BoundParams {
   std::int32_t turn_counts = std::numeric_limits<std::int32_t>::max();
   std::int32_t spin_counts = std::numeric_limits<std::int32_t>::max();  // from look to look
   float damping_nm_s_per_rad = 0;  // the most that dampers give, while nothing has swung
+  bool flywheel = false;           // the scene has virtual inertia
 };
 
 /// Share of the stable stiffness.
@@ -79,14 +80,10 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, float dam
 
 /// For a scene with virtual inertia: a flywheel may spin, and swings more slowly.
 constexpr void add_inertia(BoundParams& params, const Resolution& resolution, float inertia_kg_m2) {
+  params.flywheel = true;
   params.spin_counts = std::numeric_limits<std::int32_t>::max();
   params.swing_nm +=
       inertia_kg_m2 * resolution.rad_per_count / (resolution.period_s * resolution.period_s);
-}
-
-/// Whether virtual inertia is among them.
-constexpr bool is_flywheel(const BoundParams& params) {
-  return params.spin_counts == std::numeric_limits<std::int32_t>::max();
 }
 
 struct BoundState {

@@ -93,7 +93,7 @@ constexpr bool is_slower(const BoundState& state, std::uint32_t now, std::uint32
 /// for a wall may throw the knob back. Of M a quarter to twice will do.
 [[gnu::noinline]] constexpr bool swings_freely(const BoundState& state, std::uint32_t now) {
   if (state.pushes <= 0) return false;
-  const bool wide = is_flywheel(state.params) || 8 * state.swing_counts >= state.params.turn_counts;
+  const bool wide = state.params.flywheel || 8 * state.swing_counts >= state.params.turn_counts;
   if (state.doubt == 0 && !wide) return false;
   const auto ticks = static_cast<float>(now - state.turned_tick);
   const float took_nm = state.params.swing_nm * static_cast<float>(state.swing_counts);

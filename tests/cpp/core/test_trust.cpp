@@ -75,8 +75,9 @@ TEST_CASE("after each ring the brake's inertia is in doubt for twice as many tur
 TEST_CASE(
     "a slow swing in doubt or far is no hand's where the scene alone would swing the knob so") {
   const auto trust_after = [](std::uint32_t doubt, double part, double back, int pushes = 1,
-                              std::int32_t turn_counts = 1000) {
+                              std::int32_t turn_counts = 1000, bool flywheel = false) {
     BoundBench bench;
+    bench.state.params.flywheel = flywheel;
     bench.state.doubt = doubt;
     bench.state.params.turn_counts = turn_counts;
     bench.state.params.swing_nm = static_cast<float>(part * 0.01 * 220 * 220 / 20);
@@ -94,10 +95,11 @@ TEST_CASE(
   CHECK(trust_after(0, 0.25, 1.0) == 1.0F);
   CHECK(trust_after(0, 0.25, 1.0, 1, 161) == 1.0F);
   CHECK(trust_after(0, 0.25, 1.0, 1, 160) < 1.0F);  // over an eighth of a turn
-  CHECK(trust_after(100, 0.03, 1.0) == 1.0F);       // a hand that is slower
-  CHECK(trust_after(100, 0.6, 1.0) == 1.0F);        // or quicker
-  CHECK(trust_after(100, 0.25, -1.0) == 1.0F);      // or turns back against the torque
-  CHECK(trust_after(100, 0.25, 1.0, 0) == 1.0F);    // or against friction
+  CHECK(trust_after(0, 0.25, 1.0, 1, 1000, true) < 1.0F);
+  CHECK(trust_after(100, 0.03, 1.0) == 1.0F);     // a hand that is slower
+  CHECK(trust_after(100, 0.6, 1.0) == 1.0F);      // or quicker
+  CHECK(trust_after(100, 0.25, -1.0) == 1.0F);    // or turns back against the torque
+  CHECK(trust_after(100, 0.25, 1.0, 0) == 1.0F);  // or against friction
 }
 
 TEST_CASE("a look tells whether the scene drives the swing that goes on") {
