@@ -118,11 +118,7 @@ void ClosedLoop::set_scene(const ClosedLoopOptions& options) {
 void ClosedLoop::stream(const protocol::LocalModel& model) {
   const core::ControllerParams& params = setup_->config.controller;
   const core::LocalModel next = device::prepare(model, params.motion.resolution);
-  if (local_) {
-    core::change_local_model(controller_, params, *local_, next);
-  } else {
-    controller_.bound.new_scene = true;
-  }
+  core::change_local_model(controller_, params, local_ ? &*local_ : nullptr, &next);
   local_ = next;
 }
 

@@ -271,22 +271,26 @@ struct Outcome {
 }  // namespace
 
 void change_local_model(ControllerState& state, const ControllerParams& params,
-                        const LocalModel& from, const LocalModel& to) {
+                        const LocalModel* from, const LocalModel* to) {
   BoundState& bound = state.bound;
-  if (!traits(params.partition.law).bounds || from == to) return;
+  if (from == nullptr || to == nullptr) {
+    bound.new_scene = true;
+    return;
+  }
+  if (!traits(params.partition.law).bounds || *from == *to) return;
   const Motion here{.position_counts = state.motion.position_counts};
   const auto spring_nm = [&](const LocalModel& model) {
     return evaluate_local_model(model, state.scene, here, params.motion.resolution) -
            model.torque_nm;
   };
-  const float change_nm = spring_nm(to) - spring_nm(from);
+  const float change_nm = spring_nm(*to) - spring_nm(*from);
   bound.timed_tick = bound.streamed_tick = static_cast<std::uint32_t>(state.tick);
   if (!bound.bounded) {
-    bound.in_time_nm -= change_nm;
+    bound.in_time_nm -= change_nm;  // then the next tick sees it as a change in time
   } else if (absolute(change_nm) >= kNearly * absolute(asked_torque(bound))) {
     bound.new_scene = true;
   }
-  state.scene.damping_nm_s_per_rad += to.damping_nm_s_per_rad - from.damping_nm_s_per_rad;
+  state.scene.damping_nm_s_per_rad += to->damping_nm_s_per_rad - from->damping_nm_s_per_rad;
   bound_dampers(state);
 }
 

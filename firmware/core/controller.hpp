@@ -140,8 +140,9 @@ struct ControllerOutputs {
 /// A host streams another model from the next tick on. Its torque passes the bound. So does what
 /// its spring gives otherwise here; but where less is given than asked, nearly the same spring
 /// keeps the bound's line, and any other is a new scene.
+/// @param from, to nullptr: none; a stream that begins or ends is a new scene
 void change_local_model(ControllerState& state, const ControllerParams& params,
-                        const LocalModel& from, const LocalModel& to);
+                        const LocalModel* from, const LocalModel* to);
 
 /// Senses, shares and limits. While nothing plays the commands are zero, and motion and sensor go
 /// on.

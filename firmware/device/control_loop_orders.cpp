@@ -144,11 +144,8 @@ Status ControlLoop::follow_local_model(const Order& order) {
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (streams() && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
-  if (streams() && order.deadline_ticks != 0) {
-    core::change_local_model(controller_, config_.controller, local_model_, order.local_model);
-  } else {
-    controller_.bound.new_scene = true;
-  }
+  core::change_local_model(controller_, config_.controller, streams() ? &local_model_ : nullptr,
+                           order.deadline_ticks != 0 ? &order.local_model : nullptr);
   local_model_ = order.local_model;
   local_model_ticks_left_ = order.deadline_ticks == 0 ? 0 : order.deadline_ticks + 1;
   return Status::ok;

@@ -8,6 +8,7 @@ follows. The bounds say how far apart two right answers may be.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -152,61 +153,75 @@ def test_run_begins_in_the_turn_that_it_is_given() -> None:
     assert rows["angle_rad"][0] == pytest.approx(6.0 * math.pi + 0.5)
 
 
+def apart_rad(
+    options: closed_loop.LoopOptions, change: Callable[[torsio.Knob | closed_loop.ClosedLoop], None]
+) -> list[float]:
+    """Change a loop and the emulated device in mid-run; give how far apart they come.
+
+    A report waits for its frame, so the loop is changed in each of eight.
+    """
+    assert options.scene is not None
+    emulator = torsio.EmulatorOptions(control=options.control, hand=options.hand, log_truth=True)
+    with torsio.open("emulated", emulator=emulator) as knob:
+        knob.play(options.scene)
+        knob.arm()
+        knob.sleep(0.5)
+        told_s = knob.emulator.truth()["time_s"][-1]
+        change(knob)
+        knob.sleep(0.2)
+        moved = knob.emulator.truth()
+    apart = []
+    for late_s in np.arange(8) * 1e-3:
+        loop = closed_loop.ClosedLoop(options)
+        loop.run(duration_s=told_s + late_s)
+        change(loop)
+        rows = loop.run(duration_s=0.15)
+        same = np.searchsorted(moved["time_s"], rows["time_s"] - 1e-9)
+        apart.append(float(np.abs(rows["angle_rad"] - moved["angle_rad"][same]).max()))
+    return apart
+
+
 @pytest.mark.parametrize("law", ["paper", "calibrated"])
 def test_scene_changes_as_on_the_emulated_device(law: Any) -> None:
     """Its unchanged friction goes on: one that began anew would let go of what it holds."""
     friction = torsio.Friction(torque_nm=10e-3, stiffness_nm_per_rad=0.2)
-    scenes = [
+    scene, other = (
         [torsio.Wall(angle_rad=at, stiffness_nm_per_rad=2.0), friction] for at in (0.05, 0.04)
-    ]
-    control = torsio.ControlConfig(law=law)
-    hand = torsio.TorqueHand(torque_nm=[(0.2, 0.0), (0.3, 40e-3)])
-    emulator = torsio.EmulatorOptions(control=control, hand=hand, log_truth=True)
-    with torsio.open("emulated", emulator=emulator) as knob:
-        knob.play(scenes[0])
-        knob.arm()
-        knob.sleep(0.5)
-        told_s = knob.emulator.truth()["time_s"][-1]
-        knob.play(scenes[1])
-        knob.sleep(0.2)
-        moved = knob.emulator.truth()
-    seen = []
-    for late_s in np.arange(8) * 1e-3:  # a report waits for its frame
-        loop = closed_loop.ClosedLoop(
-            closed_loop.LoopOptions(scene=scenes[0], hand=hand, control=control)
-        )
-        loop.run(duration_s=told_s + late_s)
+    )
+    refused = torsio.Spring(stiffness_nm_per_rad=-1.0)
+
+    def change(one: torsio.Knob | closed_loop.ClosedLoop) -> None:
+        play = one.play if isinstance(one, torsio.Knob) else one.set_scene
         with pytest.raises(torsio.InvalidArgument, match="stiffness_nm_per_rad"):
-            loop.set_scene(torsio.Spring(stiffness_nm_per_rad=-1.0))
-        loop.set_scene(scenes[1])
-        rows = loop.run(duration_s=0.15)
-        same = np.searchsorted(moved["time_s"], rows["time_s"] - 1e-9)
-        seen.append(np.abs(rows["angle_rad"] - moved["angle_rad"][same]).max())
-    assert min(seen) == 0.0
-    assert max(seen) > 1e-3
+            play(refused)
+        play(other)
+
+    apart = apart_rad(
+        closed_loop.LoopOptions(
+            scene=scene,
+            hand=torsio.TorqueHand(torque_nm=[(0.2, 0.0), (0.3, 40e-3)]),
+            control=torsio.ControlConfig(law=law),
+        ),
+        change,
+    )
+    assert min(apart) == 0.0
+    assert max(apart) > 1e-3
 
 
-def test_stream_acts_as_on_the_emulated_device() -> None:
+@pytest.mark.parametrize("law", ["paper", "calibrated"])
+def test_stream_acts_as_on_the_emulated_device(law: Any) -> None:
     """It keeps its spring to a place while the scene plays."""
-    model = {"angle_rad": 0.1, "stiffness_nm_per_rad": 0.5, "damping_nm_s_per_rad": 1e-3}
-    wall = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=2.0)
-    with torsio.open("emulated", emulator=torsio.EmulatorOptions(log_truth=True)) as knob:
-        knob.play(wall)
-        knob.arm()
-        knob.sleep(0.5)
-        told_s = knob.emulator.truth()["time_s"][-1]
-        knob.stream_local_model(**model, deadline_s=1.0)
-        knob.sleep(0.3)
-        moved = knob.emulator.truth()
-    seen = []
-    for late_s in np.arange(8) * 1e-3:
-        loop = closed_loop.ClosedLoop(closed_loop.LoopOptions(scene=wall))
-        loop.run(duration_s=told_s + late_s)
+
+    def change(one: torsio.Knob | closed_loop.ClosedLoop) -> None:
         with pytest.raises(torsio.InvalidArgument, match="stiffness_nm_per_rad"):
-            loop.stream_local_model(stiffness_nm_per_rad=-1.0)
-        loop.stream_local_model(**model)
-        rows = loop.run(duration_s=0.2)
-        same = np.searchsorted(moved["time_s"], rows["time_s"] - 1e-9)
-        seen.append(np.abs(rows["angle_rad"] - moved["angle_rad"][same]).max())
-    assert min(seen) == 0.0
-    assert max(seen) > 1e-3
+            one.stream_local_model(stiffness_nm_per_rad=-1.0)
+        kept = {"deadline_s": 1.0} if isinstance(one, torsio.Knob) else {}
+        one.stream_local_model(
+            angle_rad=0.1, stiffness_nm_per_rad=0.5, damping_nm_s_per_rad=1e-3, **kept
+        )
+
+    wall = torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=2.0)
+    control = torsio.ControlConfig(law=law)
+    apart = apart_rad(closed_loop.LoopOptions(scene=wall, control=control), change)
+    assert min(apart) == 0.0
+    assert max(apart) > 1e-3
